@@ -1,6 +1,6 @@
-// Calibrates the haptic arm's geometry from captures of the stylus tip resting in fixed sockets and touching a plate of
-// known points. Parameters that the captures do not determine keep their values and are listed. SI; any thread; set-up
-// time.
+// Calibrates the haptic arm's geometry. The captures show the stylus tip resting in fixed sockets and touching a
+// plate of known points. Parameters that the captures do not determine keep their values and are listed. SI; any
+// thread; set-up time.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct ArmReading {
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m: La, Lb, Lc
   dvec3 origin{0.220, 0, 0.080};                     // m, origin of H relative to the foot of the arm
-  std::array<double, 6> offset{};                    // rad
+  std::array<double, 6> offset{};                    // rad, offsets of the encoders of A to F
   std::array<double, 3> scale{1, 1, 1};              // scale factors of the encoders of A, B, C
   dvec3 tip_S{0.12, 0, 0};  // m, position of the stylus tip relative to the wrist's centre; x points along the stylus
 };
@@ -38,12 +38,13 @@ std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);    // X_HS, at the wrist's centre
-dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip
-/// Derivative of the tip's position by each parameter, in the order of to_vector (m per m, rad or unit of scale).
+dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip, position of the stylus tip
+/// Derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, rad or unit
+/// of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
-/// One capture of the resting tip. Captures of the same group share a socket (`known` is empty) or a plate (`known` is
-/// the position on it).
+/// One capture of the resting tip. Captures of the same group come from the same socket (`known` is empty) or the
+/// same plate (`known` is the position on the plate).
 struct ArmCapture {
   int group = 0;
   std::optional<dvec3> known;  // m, in the plate's frame
@@ -52,23 +53,24 @@ struct ArmCapture {
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // SI
-  double sigma = 0;       // SI, standard deviation; the plausible error if the captures do not determine the parameter
+  double before = 0, after = 0;  // SI, values before and after the calibration
+  double sigma = 0;       // SI, standard deviation; if the captures do not determine the parameter, its plausible error
   double determined = 0;  // 0..1: fraction of the plausible error that the captures removed
 };
 
 struct ArmResult {
   ArmGeometry geometry;
   std::vector<ArmParameter> parameters;
-  // in words: parameters, or combinations of them, that the captures do not determine
+  // Parameters, or combinations of parameters, that the captures do not determine; in words
   std::vector<std::string> not_observable;
-  // m, distance between the computed tip position and the fixed one, over all captures
+  // m, rms over all captures: distance between the computed tip position and the fixed one
   double before_rms = 0, after_rms = 0;
   double sigma = 0;  // m, standard deviation per axis
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;  // m, one per capture
-  std::string misfit;             // if not empty: no arm of this type explains the captures; do not use the result
+  // reason why no arm of this type explains the captures; empty: it does. If not empty, do not use the result
+  std::string misfit;
 };
 
 /// Throws Error if there is no capture, or if a group contains both sockets and plate points.

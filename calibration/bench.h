@@ -8,8 +8,8 @@
 
 namespace typodont::calibration {
 
-/// Takes a few seconds; with `quick` less than one, with fewer trials. Names are "task, method"; the size is the number
-/// of touches: pairs, samples, captures or corners.
+/// Measures all solvers. Takes a few seconds; with `quick`, less than one second, with fewer trials. A row's name is
+/// "task, method"; its size is the number of touches: pairs, samples, captures or corners.
 std::vector<BenchRow> bench_rows(bool quick = false);
 
 }  // namespace typodont::calibration

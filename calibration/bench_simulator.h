@@ -1,5 +1,5 @@
 // Simulates a complete mirror bench: an arm with wrong link lengths, a panel and a mirror that deviate from the
-// drawings, and a user with individual eyes and an unsteady hand. The calibration routine runs and is tested against it
+// drawings, and a user with individual eyes and an unsteady hand. With it, the calibration routine runs and is tested
 // without hardware.
 #pragma once
 
@@ -13,10 +13,10 @@ namespace typodont::calibration {
 struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
-  double slipped = 0.02;      // fraction of touches that miss by millimetres
+  double slipped = 0.02;      // fraction of the touches that miss by millimetres
   bool arm_errors = true;     // link errors of ±1 mm, joint errors of ±1°, scale errors of ±0.5 %
-  // size of the random deviations of panel, mirror, base and eyes from the drawings: displacements in m, rotations up
-  // to twice this value in rad
+  // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
+  // up to twice this value
   double placement_error = 0.02;
   dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, position felt minus position seen
   double delay = 0.0234;                       // s, delay of the display relative to the arm
@@ -29,17 +29,17 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The nominal bench from the drawings, with which the routine starts.
+  /// The nominal bench from the drawings; the routine starts with it.
   BenchState drawings() const;
 
   /// The encoder readings for a tip exactly at p_W, with an arbitrary wrist orientation.
   ArmReading hold(const dvec3& p_W);
-  /// The touch of an unsteady hand at p_W. `believed_arm`: the geometry with which its position is reported.
+  /// A touch by an unsteady hand at p_W. `believed_arm`: the geometry with which the touch's position is computed.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
   /// The point that this user touches when a program draws a point at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Captures of each step, made with the bench known at that time.
+  // Makes the captures of each step with the bench as known at that time.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);
@@ -50,8 +50,8 @@ class BenchSimulator {
   struct Colocation {
     double rms = 0, worst = 0, mean = 0;  // m
   };
-  /// Co-location error of the present calibration over 9×9×9 points of the workspace: the arm is read, the tool is
-  /// drawn, and the user sees the drawn tool at some distance from the hand.
+  /// Co-location error of the present calibration over 9×9×9 points of the workspace. The arm's pose is read and the
+  /// tool is drawn there; the error is the distance between hand and drawn tool, as the user sees it.
   Colocation colocation(const BenchState& bench);
 
  private:
@@ -62,7 +62,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the routine: from the drawings, step by step with captures and solutions.
+/// Runs the routine step by step, from the drawings on: captures, then the solution.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

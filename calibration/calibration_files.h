@@ -1,7 +1,7 @@
-// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. Keys carry the
-// unit; inside, values are in metres and seconds. Throws Error naming file, line, column, found, expected.
-// Units: each group of length columns ends in _mm or in _m. A group in _mm whose coordinates are all below 3 mm is
-// refused (metres under the wrong name), and so is a group with a coordinate beyond 10 m.
+// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. Keys carry
+// the unit; inside, values are in metres and seconds. Throws Error naming file, line, column, found, expected. Units:
+// each group of length columns ends in _mm or in _m. A group in _mm is refused if all its coordinates are below 3 mm,
+// because these are probably metres. A group with a coordinate beyond 10 m is also refused.
 #pragma once
 
 #include <filesystem>
@@ -24,17 +24,18 @@ struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-/// Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or with other letters for the two frames.
+/// Reads pairs of points. Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or other letters for the two frames.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
 Stream read_stream(const std::filesystem::path& file);  // columns t_s,x_mm,y_mm,z_mm
-/// Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and the same with b; quaternions within 1 % of unit length.
+/// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length
+/// must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Points in H: columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the origin.
+/// Reads points in H. Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the origin.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);
 std::string delay_json(const DelayResult& result);
-/// `X_name`, `Z_name`: for example "X_SM", "X_HK".
+/// Writes the result as JSON. `X_name`, `Z_name`: for example "X_SM", "X_HK".
 std::string hand_eye_json(const HandEyeResult& result, const char* X_name, const char* Z_name);
 std::string camera_json(const CameraResult& result);
 

@@ -1,6 +1,6 @@
-// Calibrates the panel and the mirror from a camera's pictures. A bundle adjustment estimates the camera and its lens,
-// the pose of every picture, the panel's pose and size, and the mirror plane. Points touched with the stylus connect
-// them to W. Without a camera, screen_solver.h uses touches alone.
+// Calibrates the panel and the mirror from a camera's pictures. A bundle adjustment estimates the camera and its
+// lens, the pose of every picture, the panel's pose and size, and the mirror plane. Points touched with the stylus
+// relate these results to W. Without a camera, screen_solver.h uses touches alone.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ struct CameraIntrinsics {
 
 enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 
-/// One corner seen in one picture.
+/// One corner that is visible in one picture.
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;         // position on the panel
-  dvec3 touched_W{0, 0, 0};  // m, touched point from the stylus; equal values mean the same point
+  dvec3 touched_W{0, 0, 0};  // m, point touched with the stylus; equal values mean the same point
   double px = 0, py = 0;     // pixels, right and down from the centre of the first pixel
 };
 
@@ -39,16 +39,17 @@ struct CameraOptions {
 
 struct CameraResult {
   CameraIntrinsics camera, camera_sigma;
-  // the camera's pose (x right, y down, z forward) for every picture, in the order of their numbers
+  // poses of the camera (x right, y down, z forward), one for each picture, in the order of the pictures' numbers
   std::vector<Pose> X_WK;
   Panel panel;
   double width = 0, height = 0, width_sigma = 0, height_sigma = 0;  // m
   dvec3 centre_sigma{0, 0, 0};                                      // m
   double tilt_sigma = 0;                                            // rad, along the worst axis
   std::optional<MirrorPlane> mirror;
-  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;  // rad; m, at the mirror point below the panel
+  // rad, uncertainty of the mirror's tilt; m, uncertainty of its offset at the mirror point below the panel
+  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
-  int outliers = 0;  // number of sightings with residuals above five times pixel_sigma
+  int outliers = 0;  // number of sightings whose residual is larger than five times pixel_sigma
   double seconds = 0;
   std::string not_determined;  // parameters that the sightings do not determine; empty: none
 };
@@ -57,17 +58,19 @@ struct CameraResult {
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
-/// Position in a camera's picture.
+/// Position in a picture of the camera.
 struct Pixel {
   double x = 0, y = 0;
 };
 Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W);
 
-/// Columns picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched); on: 0 touched, 1 panel, 2 panel in the mirror.
+/// Reads sightings. Columns picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched). `on`: 0 touched point, 1
+/// panel, 2 panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
-/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the first
-/// cell inside them is dark). columns + rows must be odd, so that the board looks different when rotated by 180°.
+/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the
+/// first cell inside them is dark). columns + rows must be odd, so that the board looks different when rotated by
+/// 180°.
 struct BoardPicture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
@@ -76,8 +79,8 @@ struct BoardPicture {
 BoardPicture draw_board(int columns, int rows, int width, int height);
 
 #ifdef TYPODONT_CAMERA
-/// Finds the corners of such a board in a picture with OpenCV's detector, in the order of draw_board(); empty unless
-/// the whole board is visible. `mirrored`: the picture shows it in a mirror.
+/// Finds the corners of such a board in a picture with OpenCV's detector. Returns them in the order of draw_board();
+/// empty unless the whole board is visible. `mirrored`: the picture shows the board in a mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
 #endif
 

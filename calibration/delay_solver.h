@@ -10,7 +10,7 @@
 
 namespace typodont::calibration {
 
-/// One recording. Times strictly increase; they may be irregular, and samples may be missing or frozen.
+/// One recording. Times strictly increase. They may be irregular; samples may be missing or frozen.
 struct Stream {
   std::vector<double> t;  // s
   std::vector<dvec3> p;   // m
@@ -21,23 +21,26 @@ struct DelayOptions {
 };
 
 struct DelayResult {
-  double delay = 0;  // s; if the clocks have different rates, the delay at `reference_time` (the first common moment)
-  double sigma = 0;  // s, standard deviation; the width of the search range if the motion does not determine the delay
+  // s, delay; if the clocks have different rates, the delay at `reference_time` (the first time in both recordings)
+  double delay = 0;
+  // s, standard deviation; if the motion does not determine the delay, the width of the search range
+  double sigma = 0;
   bool ambiguous = false;
   std::string reason;               // the reason for an ambiguous result, as one sentence
   std::vector<double> candidates;   // s, all delays that explain the streams equally well, nearest to zero first
   bool rich = false;                // the motion determines the delay to 0.1 ms
   double skew = 0, skew_sigma = 0;  // relative excess rate of B's clock (1e-6 = 1 ppm); 0 if not significant
-  double reference_time = 0;        // s
-  double delay_at_end = 0;          // s, delay at the last common moment
+  double reference_time = 0;        // s, time at which `delay` is valid
+  double delay_at_end = 0;          // s, delay at the last time in both recordings
   double noise = 0;                 // m per axis, noise of the difference between the streams
-  Pose X_BA;                        // the rotation is the identity unless the streams clearly need one
-  bool rotated = false;             // true if a rotation was needed
-  int samples = 0;                  // number of compared samples
+  Pose X_BA;  // pose of A's frame in B; its rotation is the identity unless the streams clearly need a rotation
+  bool rotated = false;  // true if a rotation was needed
+  int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };
 
-/// Throws Error if a stream has fewer than 16 samples, if its times do not increase, or if the streams do not overlap.
+/// Estimates the delay. Throws Error if a stream has fewer than 16 samples, if its times do not increase, or if the
+/// streams do not overlap.
 DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions& options = {});
 
 }  // namespace typodont::calibration

@@ -15,7 +15,7 @@ namespace typodont::calibration {
 struct EyeAlignment {
   bool right = false;  // the eye that saw the dot
   PanelPoint dot;
-  dvec3 p_W{0, 0, 0};  // the stylus tip
+  dvec3 p_W{0, 0, 0};  // m, position of the stylus tip
 };
 
 /// A touch of a point seen with both eyes. Used to measure the user's offset between seeing and feeling.
@@ -33,19 +33,19 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m
   double ipd_sigma = 0;                  // m
-  double sigma = 0, rms = 0;             // m, perpendicular to the line of sight
+  double sigma = 0, rms = 0;             // m, noise and rms residual, both perpendicular to the line of sight
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;          // m
   std::string not_determined;             // parameters that the alignments do not determine; empty: none
-  std::optional<UserOffset> user_offset;  // if it was requested
+  std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
 
-/// `rig` contains the panel and the mirror; its eyes are the initial guess.
+/// Estimates the eyes. `rig` contains the panel and the mirror; its eyes are the initial guess.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// Mean of touched minus seen positions; outliers are excluded by a test against the median. At least two touches. A
-/// displaced base has the same effect, so the base must be calibrated separately (joint_solver.h distinguishes the
-/// two).
+/// Mean of touched minus seen positions. A test against the median excludes outliers. Needs at least two touches. A
+/// displaced base has the same effect, so the base must be calibrated separately (joint_solver.h distinguishes base
+/// and offset).
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

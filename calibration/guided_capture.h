@@ -1,6 +1,6 @@
 // The guided part of the routine: it prompts for the next touch, takes touches, shows residuals at once, and stores
-// every touch on disk, so that an interrupted routine can continue. It has no access to devices; their owner calls
-// add().
+// every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the owner of
+// the devices calls add().
 #pragma once
 
 #include <filesystem>
@@ -23,22 +23,22 @@ enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
   std::string text;                        // one or two sentences
-  std::optional<PanelPoint> mark;          // mark to show on the panel's surface
+  std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // the eyes that see their dots
-  std::optional<dvec3> target_D;           // intended apparent position of the point
-  std::optional<Dots> astray;              // ring at the last touch, one per eye, if it does not fit the other touches
+  std::optional<dvec3> target_D;           // position at which the point should appear
+  std::optional<Dots> astray;  // ring around the last touch, one per eye, if this touch does not fit the other touches
 };
 
 /// Result of a touch.
 struct Live {
   std::size_t index = 0;              // index of the touch in its step
   double residual = 0;                // m, residual of this touch; 0 while the step has too few touches
-  double rms = 0;                     // m, root mean square of the step's residuals so far
+  double rms = 0;                     // m, root mean square of all residuals of the step up to now
   double predicted_tre = 0;           // m, predicted error over the workspace; only while registering
   bool outlier = false;               // this touch is an outlier
   std::optional<dvec3> p_W;           // position of the touch
-  std::vector<std::size_t> outliers;  // all outliers of the step so far
+  std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now
   Cue cue = Cue::kTaken;
   std::string text;  // one line to show
 };
@@ -51,13 +51,13 @@ class GuidedCapture {
 
   void begin(Step step);
   Step step() const { return step_; }
-  bool done() const;  // the step has all its planned touches
+  bool done() const;  // true if the step has all its planned touches
   std::size_t taken() const;
   std::size_t planned() const;
   Prompt prompt() const;
   /// Takes one touch, writes it to disk, and evaluates it.
   Live add(const Touch& touch);
-  /// Deletes the last touch of this step; false if there is none.
+  /// Deletes the last touch of this step. Returns false if no touch exists.
   bool undo();
   /// Solves this step from all its captures and applies the result.
   void solve();
@@ -73,7 +73,7 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
-  std::optional<dvec3> astray_W_;  // the last touch, if it does not fit
+  std::optional<dvec3> astray_W_;  // the last touch, if it does not fit the other touches
 };
 
 /// A prompt as a picture for the panel: text and marks, 8-bit grey, rows from the top. The text can be flipped
@@ -84,7 +84,7 @@ struct Picture {
 };
 Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored, bool upside_down = false);
 
-/// A short tone, mono, -1..1.
+/// The samples of a short tone, mono, -1..1.
 std::vector<float> cue_sound(Cue cue, double sample_rate);
 
 }  // namespace typodont::calibration

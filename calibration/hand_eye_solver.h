@@ -1,11 +1,9 @@
-// Estimates the pose of a sensor on an arm, and the pose of its counterpart in the room, from poses that the arm and a
-// tracker report at the same times. Units are SI. Any thread, at set-up time. Frames: H haptic base, S stylus, K camera
-// or tracker, M marker or target.
-// Robot–world: A_i X = Z B_i. With a marker M on the stylus and a tracker K in the room: A = X_HS, B = X_KM, X = X_SM,
-// Z = X_HK.
-// Hand–eye: with a camera K on the stylus and a target M in the room, the same equation holds with B = X_MK, the
-// inverse of what the camera reports; X = X_SK, Z = X_HM.
-// For pure motions (A_i X = X B_i), Z equals X.
+// Estimates the pose of a sensor on an arm, and the pose of its counterpart in the room. The input is pairs of poses
+// that the arm and a tracker report at the same times. SI; any thread; set-up time. Frames: H haptic base, S stylus,
+// K camera or tracker, M marker or target. Robot–world: A_i X = Z B_i. With a marker M on the stylus and a tracker K
+// in the room: A = X_HS, B = X_KM, X = X_SM, Z = X_HK. Hand–eye: with a camera K on the stylus and a target M in the
+// room, the same equation holds with B = X_MK, the inverse of what the camera reports; X = X_SK, Z = X_HM. For pure
+// motions (A_i X = X B_i), Z equals X.
 #pragma once
 
 #include <array>
@@ -18,29 +16,29 @@
 namespace typodont::calibration {
 
 struct HandEyeOptions {
-  bool motions = false;  // A and B are motions: A X = X B
+  bool motions = false;  // A and B are relative motions instead of poses, and the equation is A X = X B
   bool reject_outliers = true;
   double false_alarm = 5e-4;  // probability of rejecting at least one good row
 };
 
 struct HandEyeResult {
   Pose X, Z;  // for motions Z equals X
-  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), as in RegistrationResult: X = (exp([θ]) R, p +
-  /// t).
+  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), defined as in RegistrationResult: X =
+  /// (exp([θ]) R, p + t).
   std::array<double, 36> X_covariance{}, Z_covariance{};
   std::vector<std::size_t> inliers, outliers;  // indices of rows, ascending
   std::vector<double> rotation_residuals;      // rad, one per row
   std::vector<double> translation_residuals;   // m, one per row, at the origin of B's moving frame
   double rotation_sigma = 0;                   // rad per axis, arm and tracker combined
   double translation_sigma = 0;                // m per axis
-  double main_turn = 0, second_turn = 0;       // rad rms, rotation of the arm about its main and second axis
-  std::string not_determined;                  // if not empty: the reason why X and Z must not be used
+  double main_turn = 0, second_turn = 0;  // rad rms, rotation of the arm about its main axis and about its second axis
+  std::string not_determined;             // reason why X and Z must not be used; empty: they can be used
 };
 
-/// Closed-form solution (Shah 2013, Kronecker product), then maximum likelihood (Ceres) with the 6×6 covariance of the
-/// noise estimated from the residuals. Up to half of the rows minus two may be wrong in any way (least trimmed squares,
-/// Rousseeuw & Van Driessen 2006). With fewer than eight rows none is rejected. Throws Error if the lists differ in
-/// length or have fewer than 3 poses (2 motions).
+/// Closed-form solution (Shah 2013, Kronecker product), then maximum likelihood (Ceres) with the 6×6 covariance of
+/// the noise estimated from the residuals. Up to half of the rows minus two may be wrong in any way (least trimmed
+/// squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is rejected. Throws Error if
+/// the lists differ in length or have fewer than 3 poses (2 motions).
 HandEyeResult solve_hand_eye(std::span<const Pose> A, std::span<const Pose> B, const HandEyeOptions& options = {});
 
 }  // namespace typodont::calibration

@@ -1,5 +1,5 @@
 // Solves all captures together: arm, panel, mirror, eyes and the user's offset must explain all touches. The single
-// steps give the initial guess; the joint solution removes the errors that a step passes on to the next. For example,
+// steps give the initial guess. The joint solution removes errors that one step passes on to the next. For example,
 // alignments alone determine an eye only to millimetres; touches of points seen with both eyes improve this. Metres;
 // any thread.
 #pragma once
@@ -22,14 +22,14 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    double before_rms = 0, after_rms = 0;  // m, root mean square per residual component
+    double before_rms = 0, after_rms = 0;  // m, rms of the residual components before and after the joint solution
   };
   std::vector<Kind> kinds;
   double seconds = 0;
 };
 
-/// Needs panel marks, alignments of both eyes, and registration touches with recorded dots; throws Error otherwise. The
-/// haptic base keeps bench.rig.X_WH, because it defines W.
+/// Requires panel marks, alignments of both eyes, and registration touches with recorded dots; otherwise throws
+/// Error. The haptic base keeps bench.rig.X_WH, because X_WH defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

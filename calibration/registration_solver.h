@@ -1,5 +1,5 @@
-// Rigid registration of paired points: the pose of the haptic base H relative to the display D. p_D = X_DH * p_H +
-// noise, isotropic with standard deviation sigma per axis. Metres; any thread; set-up time.
+// Rigid registration of paired points: the pose of the haptic base H relative to the display D. Model: p_D = X_DH *
+// p_H + noise; the noise is isotropic with standard deviation sigma per axis. Metres; any thread; set-up time.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace typodont::calibration {
 
 /// The least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16 pairs
-/// and never allocates. At least one pair. If the points do not determine the rotation, it returns one of the best
+/// and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the best
 /// solutions.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
@@ -20,7 +20,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 enum class Defect {
   kNone,
   kCoincident,   // all points coincide: no rotation is determined
-  kCollinear,    // all points lie on a line: the rotation about it is not determined
+  kCollinear,    // all points lie on a line: the rotation about this line is not determined
   kNoise,        // the residuals are as large as the spread of the points
   kMirrored,     // D is a mirror image of H: no rigid motion exists
   kScaled,       // lengths in D and H differ: no rigid motion exists
@@ -37,17 +37,17 @@ struct Degeneracy {
 
 struct Box {
   dvec3 low{0, 0, 0};
-  dvec3 high{0, 0, 0};  // if both are zero: the bounding box of the inliers
+  dvec3 high{0, 0, 0};  // corners of the box; if both are zero: the bounding box of the inliers is used
 };
 
 struct RegistrationOptions {
   bool reject_outliers = true;
-  double known_sigma = 0;     // m per axis; 0: estimate it from the residuals
+  double known_sigma = 0;     // m per axis, known noise; 0: the noise is estimated from the residuals
   Box workspace_H;            // box over which predicted_tre_rms is averaged
   double false_alarm = 5e-4;  // probability of rejecting at least one good pair of the set
 };
 
-/// Another motion on which many of the pairs agree.
+/// Another motion with which many of the pairs agree.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;
@@ -63,7 +63,8 @@ struct RegistrationResult {
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t).
   /// An undetermined rotation has the variance of a uniform angle, π²/3.
   std::array<double, 36> covariance{};
-  double condition = 1;          // condition number: worst over best determined rotation; 1e16 if one is undetermined
+  // condition number: ratio of the worst to the best determined rotation; 1e16 if a rotation is undetermined
+  double condition = 1;
   double predicted_tre_rms = 0;  // m, root mean square over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
@@ -71,16 +72,16 @@ struct RegistrationResult {
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Robust registration with uncertainty and outlier detection. Breakdown: if fewer than half of the pairs are wrong in
-/// any way, their effect is no larger than that of wrong pairs within the noise; scattered outliers may be up to 70 %.
-/// Throws Error if there is no pair, or if the two lists differ in length.
+/// Robust registration with uncertainty and outlier detection. Breakdown: fewer than half of the pairs may be wrong
+/// in any way; their effect is then no larger than that of wrong pairs within the noise. Of scattered outliers, up to
+/// 70 % are tolerated. Throws Error if there is no pair, or if the two lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 
-/// Expected rms error in m of the registration at a point of H.
+/// Expected rms error of the registration at a point of H, m.
 double predicted_tre(const RegistrationResult& result, const dvec3& p_H);
 
-/// Index of the candidate whose touch would most reduce the mean squared TRE over the workspace.
+/// Index of the candidate point whose touch would most reduce the mean squared TRE over the workspace.
 std::size_t most_useful_touch(std::span<const dvec3> touched_H, std::span<const dvec3> candidates_H,
                               const Box& workspace_H);
 

@@ -36,7 +36,7 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Apparent position of a pixel: behind the mirror, or on the panel itself without one.
+  /// Apparent position of a pixel: behind the mirror; without a mirror, on the panel itself.
   dvec3 appears(double u, double v) const {
     const dvec3 p = panel.at(u, v);
     return mirror ? mirror->reflect(p) : p;
@@ -47,22 +47,23 @@ struct PanelPoint {
   double u = 0, v = 0;
 };
 
-/// The positions on the panel that show one point to the two eyes.
+/// The two positions on the panel, one for each eye, that together show one point.
 struct Dots {
   PanelPoint left, right;
 };
 
-/// The pixel that makes a point appear at p_W for one eye.
+/// The pixel that makes a point appear at p_W to one eye.
 PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
 
 inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// Midpoint of the shortest connection of two lines of sight.
+/// Midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Position at which the eyes of `truth` see a point that a program draws at p_W, assuming `believed`.
+/// Position at which a user sees a point that a program draws at p_W. The program assumes the geometry `believed`;
+/// the eyes and the bench have the geometry `truth`.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

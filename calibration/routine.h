@@ -17,8 +17,8 @@
 
 namespace typodont::calibration {
 
-/// A touch as captured: the point that the arm reported then, and the encoder readings if available, so that the point
-/// can be recomputed when the arm's geometry is better known.
+/// A touch as captured: the point that the arm reported, and the encoder readings if available. So the point can be
+/// computed again when the arm's geometry is better known.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -38,7 +38,7 @@ struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
   std::optional<Dots>
-      dots;  // dots shown on the panel; with them the point can be recomputed when the eyes are better known
+      dots;  // dots shown on the panel, from which the point can be computed again when the eyes are better known
   /// Apparent position of the point for the given rig.
   dvec3 shown(const RigGeometry& rig) const;
 };
@@ -54,11 +54,11 @@ struct Captures {
   Stream delay_a, delay_b;
 };
 
-/// Writes one CSV per step to a folder (arm.csv, marks.csv, mirror.csv, eyes.csv, register.csv, verify.csv, drift.csv,
-/// delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
+/// Writes one CSV file per step to a folder (arm.csv, marks.csv, mirror.csv, eyes.csv, register.csv, verify.csv,
+/// drift.csv, delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each function reads a single file.
+// Each of these functions reads one file.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -77,21 +77,22 @@ struct BenchState {
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; only if the dots were recorded
+  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; null unless the dots were recorded
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each function solves one step from its captures, and applies the result unless it is undetermined. Throws Error.
+// Each of these functions solves one step from its captures, and applies the result unless it is undetermined. Throws
+// Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// `user_offset`: also estimate the user's systematic offset between seeing and feeling, from the touches of register
 /// or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// The eyes as determined by the alignments alone.
+/// Returns the eyes as determined by the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
-/// Solves all captures jointly if there are enough (joint_solver.h), then does the rigid registration.
+/// Solves all captures jointly if they are sufficient (joint_solver.h), then does the rigid registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);
 void solve_verify_step(BenchState& bench, const Captures& captures);

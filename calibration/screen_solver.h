@@ -29,7 +29,8 @@ struct PanelResult {
   std::string not_determined;     // parameters that the touches do not determine; empty: none
 };
 
-/// `tip_radius`: m, radius of a ball at the end of the stylus; it touches the visible side of the panel.
+/// Estimates the panel. `tip_radius`: m, radius of a ball at the end of the stylus; the ball touches the visible side
+/// of the panel.
 PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 0);
 
 struct MirrorResult {
@@ -42,7 +43,8 @@ struct MirrorResult {
   std::string not_determined;
 };
 
-/// The normal points towards `seen_from_W`, the eyes; a ball of `tip_radius` touches that side.
+/// Estimates the mirror. The normal points towards `seen_from_W`, the position of the eyes; a ball of `tip_radius`
+/// touches that side.
 MirrorResult solve_mirror(std::span<const dvec3> touches_W, const dvec3& seen_from_W, double tip_radius = 0);
 
 }  // namespace typodont::calibration

@@ -8,14 +8,14 @@
 
 namespace typodont::calibration {
 
-/// P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
+/// Probability P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
 double chi_squared_cdf(double x, double dof);
-/// The x with P(X <= x) = p.
+/// The value x for which P(X <= x) = p, for a chi-squared variable.
 double chi_squared_quantile(double p, double dof);
-/// The x with P(X <= x) = p for Fisher's F with (d1, d2) degrees of freedom.
+/// The value x for which P(X <= x) = p, for Fisher's F with (d1, d2) degrees of freedom.
 double f_quantile(double p, double d1, double d2);
 
-/// Seeded noise: the same numbers in every run.
+/// Seeded random numbers: the same in every run.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : engine_(seed) {}

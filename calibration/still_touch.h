@@ -21,9 +21,9 @@ class StillTouch {
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample; `asked`: a key was pressed. Any result but kNone answers the pedal or the key. The pedal answers
-  /// once per press; a pedal that is pressed at the first sample must be released first. `joints` (rad, all six or
-  /// none) are averaged in the same way. Never allocates.
+  /// Adds one sample. `asked`: a key was pressed. Any result but kNone is the answer to the pedal or the key. Each
+  /// press of the pedal gets one answer; a pedal that is already pressed at the first sample must be released first.
+  /// `joints` (rad, all six or none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   const dvec3& point() const noexcept { return mean_; }  // mean position at the last kTaken or kMoved

@@ -1,5 +1,5 @@
-// Rigid registration of a scanned surface S to the distance field of another surface D, from an approximate start.
-// Point-to-plane residuals with robust weights. Metres; any thread; set-up time.
+// Rigid registration of a scanned surface S to the distance field of another surface D, from an approximate initial
+// pose. Uses point-to-plane residuals with robust weights. Metres; any thread; set-up time.
 #pragma once
 
 #include <array>
@@ -27,36 +27,38 @@ struct FieldSample {
 using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
 struct SurfaceOptions {
-  double point_area = 1e-6;      // m², area that a point represents
-  double start_reach = 1.5e-3;   // m, largest residual that counts at the start; it decreases with the residuals
-  double resolution = 0.3e-3;    // m, voxel of the field: a good fit leaves a residual below it
-  double correlation = 2e-3;     // m, length over which errors of the surfaces are correlated
-  double least_area = 30e-6;     // m², least area that must agree
-  double least_agreement = 0.7;  // least fraction of the points near D that must agree
-  double most_error = 0.2e-3;    // m, largest accepted predicted error at the scan
+  double point_area = 1e-6;  // m², area that a point represents
+  // m, limit of the residuals that count at the start; the limit decreases with the residuals
+  double start_reach = 1.5e-3;
+  double resolution = 0.3e-3;    // m, voxel of the field; the residual of a good fit is smaller
+  double correlation = 2e-3;     // m, distance over which errors of the surfaces are correlated
+  double least_area = 30e-6;     // m², lower limit of the area that must agree
+  double least_agreement = 0.7;  // lower limit of the fraction of the points near D that must agree
+  double most_error = 0.2e-3;    // m, upper limit of the predicted error at the scan
 };
 
 struct SurfaceRegistration {
   Pose X_DS;
   bool converged = false;
   int rounds = 0;
-  // Over the points near D: known field, within start_reach, and normals that agree within 60°.
+  // Number of points near D: the field is known there, the distance is below start_reach, and the normals agree
+  // within 60°.
   std::size_t near = 0;
   double agreement = 0;  // fraction of these points whose residual is within the robust limit
   double area = 0;       // m², area of the agreeing points
   double offset = 0;     // m, mean distance of S outside D, which is fitted together with the pose
-  // Over the agreeing points, of |residual|, with the offset removed.
-  double median = 0, most_of = 0;  // m, 50 % and 95 %
+  // Statistics of |residual| over the agreeing points; the offset is subtracted.
+  double median = 0, most_of = 0;  // m, 50 % and 95 % quantiles
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
   /// Residuals of neighbouring points are correlated, so it is computed from sums over cells of `correlation`
   /// (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
   std::array<double, 36> covariance{};
-  double predicted_error = 0;  // m, rms error that the covariance predicts at the agreeing points
-  std::string distrust;        // the reason why the result cannot be trusted, one sentence; empty: it can
+  double predicted_error = 0;  // m, rms error at the agreeing points, predicted by the covariance
+  std::string distrust;        // one sentence, the reason why the result cannot be trusted; empty: it can be trusted
 };
 
-/// Gauss–Newton with Tukey's weights. The robust limit decreases from start_reach to the limit that follows from the
-/// median residual. At least 100 points; throws Error otherwise.
+/// Registers by Gauss–Newton with Tukey's weights. The robust limit decreases from start_reach to the limit that
+/// follows from the median residual. Throws Error for fewer than 100 points.
 SurfaceRegistration register_surface(std::span<const SurfacePoint> points, const SurfaceField& field,
                                      const Pose& X_DS_start, const SurfaceOptions& options = {});
 

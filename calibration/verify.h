@@ -25,33 +25,34 @@ struct VerifyResult {
   int points = 0;
   double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
   double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
-  // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
+  // m, rms and largest systematic error over the workspace: the error is a smooth field fitted to the touches,
+  // corrected for its own noise
   double rms = 0, worst = 0;
-  double uncertainty = 0;  // m, rms noise of the field
+  double uncertainty = 0;  // m, rms noise of the fitted field
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
   std::vector<MapPoint> map;          // 9×9×9, x fastest
   std::vector<double> residuals;      // m, one per touch
-  std::vector<std::size_t> outliers;  // touches far from the field
+  std::vector<std::size_t> outliers;  // indices of the touches far from the field
   Tolerance tolerance;
   bool pass = false;
   std::string verdict;  // one sentence
 };
 
-/// Evaluates a registration with pairs (touched in H, shown in D). Throws Error without a pair.
+/// Evaluates a registration with pairs (touched in H, shown in D). Throws Error if there is no pair.
 VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH,
                     const Tolerance& tolerance, const Box& workspace_D);
 
 struct DriftResult {
-  double shift = 0;      // m, at `center`
-  double turn = 0;       // rad
+  double shift = 0;      // m, displacement at `center`
+  double turn = 0;       // rad, rotation
   double worst = 0;      // m, largest displacement of the three points
-  double sigma = 0;      // m, expected `worst` from touch noise alone
+  double sigma = 0;      // m, value of `worst` that is expected from touch noise alone
   bool drifted = false;  // the shift is beyond the tolerance and statistically significant (99 %)
   std::string verdict;
 };
 
-/// Compares touches of the same marks at calibration time and now.
+/// Compares touches of the same marks at calibration time and at the present time.
 DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> now_H, double touch_sigma,
                         const dvec3& center_H, double tolerance = 0.3e-3);
 

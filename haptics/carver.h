@@ -38,7 +38,7 @@ class Carver {
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
   /// Tells the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the last stroke is
-  /// over by then, it is ended now, which prepares its undo.
+  /// over at time t, this call ends it and prepares its undo.
   void rest(Nanos t);
 
   /// Returns an empty snapshot with buffers of full size.
@@ -51,19 +51,19 @@ class Carver {
   /// Fills a snapshot with the tissue around `center_W`. `number`: the recorded number in a replay (a live servo may
   /// have skipped some numbers); 0: the next number.
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0);
-  /// Updates the newest snapshot to the present tissue, copying only what was written since remember_writes(). Returns
-  /// false and changes nothing if the tissue was edited, so that a new snapshot is due.
+  /// Updates the newest snapshot to the present tissue, and copies only the samples written since remember_writes().
+  /// Returns false and changes nothing if the tissue was edited by undo or redo; then a new snapshot is due.
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
   /// The tissue as a distance field (TissueBody::rasterize).
   TissueVolume& volume() { return body_->rasterize(); }
   const TissueVolume& volume() const { return body_->rasterize(); }
-  /// The body's own triangles (TissueBody::surface); null: pictures show volume().
+  /// Returns the body's own triangles (TissueBody::surface); null: pictures show volume().
   TissueSurface* surface() { return body_->surface(); }
   TissueVolume::Strokes strokes() { return body_->strokes(); }
-  /// Moves the tissue out, for further use: volume(), with the body's triangles as its mesh. Without such triangles, a
-  /// cut tissue has no mesh. Afterwards the carver must not be used.
+  /// Moves the tissue out, for further use: returns volume(), with the body's triangles as its mesh. If the body has
+  /// no triangles, a cut tissue has no mesh. Afterwards the carver must not be used.
   TissueVolume take_tissue();
   const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
@@ -75,18 +75,18 @@ class Carver {
 
   std::unique_ptr<TissueBody> body_;
   std::size_t tool_count_;
-  double travel_;  // m, travel() of the body
+  double travel_;  // m, distance that the tool may move before a new snapshot is due: travel() of the body
   std::uint64_t cuts_ = 0;
   Pose end_;                    // pose at which the last cut ended
   std::uint32_t end_tool_ = 0;  // tool of the last cut
   Nanos cut_t_ = 0;             // time of the last cut
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // removed pieces, not yet taken
-  PerTissue loose_volume_{};        // m³, volume of all loose pieces so far
+  PerTissue loose_volume_{};        // m³, volume of all loose pieces up to now
   // Number of loose pieces, now and when the last snapshot was taken.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
-  std::uint64_t edited_at_ = 0;  // cuts_ at the last edit
+  std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit
   std::uint32_t snapshots_ = 0;
   dvec3 center_W_{0};  // m, centre of the last snapshot
 };

@@ -35,9 +35,9 @@ using SharedContactMethod = std::shared_ptr<const ContactMethod>;
 /// Reads a method's parameters from an object of the scene; nullopt: only the name was given. Throws Error.
 using ContactMethodReader = std::function<SharedContactMethod(const std::optional<Json>& parameters)>;
 
-/// Adds a method from outside this library. Declare it at namespace scope in any file of the program:
-///   const ContactMethodRegistration registration{"mine", [](const auto& parameters) { … }};
-/// Throws std::logic_error if the name already exists.
+/// Registers a contact method that another module defines. Declare it at namespace scope in any file of the program:
+///   const ContactMethodRegistration registration{"mine", [](const auto& parameters) { … }}; Throws std::logic_error
+/// if the name already exists.
 struct ContactMethodRegistration {
   ContactMethodRegistration(std::string name, ContactMethodReader reader);
 };
@@ -51,7 +51,7 @@ std::vector<std::string> contact_method_names();
 /// The list of names for help and messages: "one of: offset, …".
 std::string known_contact_methods();
 
-/// How many models (servo's halves) and bodies (carver's halves) of a method this process has made.
+/// Numbers of models (servo's halves) and bodies (carver's halves) of one method that this process has made.
 struct MethodCount {
   std::string name;
   std::uint64_t models = 0, bodies = 0;

@@ -28,10 +28,11 @@ struct ContactInput {
   dvec3 normal{0};                // unit, out of the tissue
   double relative_stiffness = 1;  // factor on the stiffness in the settings, from the tissue under the head
 
-  // Limits of this tick's removal.
-  bool cuts = false;           // the tool cuts: its spindle turns, or its edge scrapes
-  bool scrapes = false;        // the tool cuts with an edge that the hand draws over the surface, without rotation
-  bool must_earn = false;      // the scraping edge has removed more than it has earned, so it must not remove more now
+  // Limits of the removal in this tick.
+  bool cuts = false;     // the tool cuts: its spindle turns, or its edge scrapes
+  bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface, without rotation
+  // the scraping edge has removed more volume than its work has paid for, so it must not remove more now
+  bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J that may be spent on removal
   double wall_budget = 0;      // J, part of the budget that may be spent on a wall of harder tissue
@@ -45,22 +46,23 @@ struct Contact {
   // The members below are results of constrain().
   dvec3 p_WG{0};                  // m, head's centre at the proxy (for a penalty method: at the hand)
   bool touching = false;          // the head touches tissue
-  bool breaking_through = false;  // the head has come free, and the proxy is still on its path to the hand
+  bool breaking_through = false;  // the head has broken through, and the proxy is still on its path to the hand
   bool lost = false;              // the tool is outside the snapshot
   bool deep = false;              // the head is inside the tissue, and no surface is near enough to be found
   bool bridging = false;          // the servo lacks a snapshot of the tissue here; the last contact's plane replaces it
-  bool late = false;              // the snapshot has been lacking for longer than any carver needs
+  bool late = false;              // the snapshot has been lacking for longer than a carver normally needs
   bool rejoining = false;         // a snapshot was lacking (bridging); the proxy now returns to the surface
   bool leading_out = false;       // the proxy moves out of tissue that it overlapped
-  bool settled = true;            // a free head has no remaining state of this contact
+  bool settled = true;            // false: a free head still has state from this contact
   bool places = false;            // the tool stays in the tissue: the servo calls cut() even if the tool does not cut
   // Vector from the hand to the position at which contacts alone hold the head; zero: no contact holds it
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head that lies on tissue; 0: none
   bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction
   bool gives_force = false;   // true for a penalty method: feel() fills in force, torque, stored and depth
-  double wall = 0;  // fraction of the power that a wall of harder tissue leaves for the head; 0: no wall holds the head
-  std::uint32_t faults = 0;  // Fault bits
+  // 0..1, fraction of the power that remains for the head at a wall of harder tissue; 0: no wall holds the head
+  double wall = 0;
+  std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for a method with several; 0: the finest
   // unit, normal of a wall between tissues that holds the tool from the side, out of the wall; zero: no wall
   dvec3 side_normal{0};
@@ -105,16 +107,16 @@ class ContactModel {
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
   /// The snapshot in use. During the model's life this is always the same object; its content changes.
   virtual const Snapshot& snapshot() const noexcept = 0;
-  /// m that the tool may move from the snapshot's centre before the servo needs a new one; infinity if a snapshot
-  /// contains all of the tissue.
+  /// Distance that the tool may move from the snapshot's centre before the servo needs a new snapshot, m; infinity if
+  /// a snapshot contains all of the tissue.
   virtual double travel() const noexcept = 0;
 
-  /// Clearance: m that the proxy at X_WG may move before it can touch anything; 0 or less if unknown. It stays valid
-  /// until adopt(), unless turns_matter(): then the servo queries it in every tick.
+  /// Clearance: the distance that the proxy at X_WG may move before it can touch anything, m; 0 or less if unknown.
+  /// The value stays valid until adopt(). Exception: if turns_matter() is true, the servo queries it in every tick.
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// The hand came, or came back after illegal input; the tool is at the proxy.
+  /// Called when the hand appears, or returns after illegal input. The tool is then at the proxy.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue: the model drops the state of the last contact.
   virtual void release() noexcept = 0;

@@ -12,7 +12,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kRoom = 2;  // blocks, margin around the blocks that a cut needs, so that the front rarely moves
-constexpr std::size_t kGroups = 1 << 15;  // limit of the number of groups; more than the front of any dental bur has
+constexpr std::size_t kGroups = 1 << 15;  // limit of the number of groups; the front of any dental bur has fewer
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
   const auto down = [](int v, int step) { return (v - (v % step + step) % step) / step; };
@@ -34,7 +34,7 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Twice the average capacity per part: the parts in the middle of the head contain more groups.
+  // Capacity per part: twice the average, because the parts in the middle of the head contain more groups.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -91,7 +91,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // Range of blocks that stay, in old indices
+    // Range of the blocks that stay, in old indices
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {

@@ -1,7 +1,7 @@
 // Finds which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in
-// the head cannot change before the head has moved that far. So each block of voxels stores the path length at which it
-// must be examined again, and most cuts examine only the samples just ahead of the head. Lists contain these samples
-// for the next voxel of path. The lists are split into parts, which are renewed in turn.
+// the head cannot change before the head has moved that far. So each block of voxels stores the path length at which
+// the block must be examined again. Most cuts examine only the samples just ahead of the head: lists contain these
+// samples for the next voxel of path. The lists are divided into parts, and the parts are renewed in turn.
 #pragma once
 
 #include <array>
@@ -53,7 +53,7 @@ class CutFront {
     float* x;  // voxels, x coordinate from the origin of the groups
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // array index, minus the index of the sample at the groups' origin
+    std::int32_t* at;      // array index of the sample, relative to the sample at the groups' origin
     std::uint8_t* length;  // number of samples that may change
     std::uint8_t* label;   // tissue of the samples that may change
   };
@@ -81,7 +81,7 @@ class CutFront {
   // Lifetime of a list, voxels of path, for balls and for other heads. A longer lifetime means fewer renewals, but
   // larger lists.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // voxels per sweep; a faster head uses no lists, because it would leave them at once
+  // voxels per sweep, limit of the head's motion; a faster head would leave its lists at once, so it uses none
   static constexpr double kMostListed = 0.2;
 
   /// Groups of samples along z that the head may change before its path length is `until`: first sample, index in the
@@ -94,7 +94,7 @@ class CutFront {
     double until = -1, lasts = 0;  // voxels of path: end of the list's lifetime, and its length
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
-    static constexpr int kRoom = 40;  // groups after the last one that may be read
+    static constexpr int kRoom = 40;  // number of unused groups at the end, which a vector load may read
 
     // Groups are sorted by the pieces of the meridian that can be closest (for a ball: by their position relative to
     // it), and by the stage at which they may change.
@@ -106,7 +106,7 @@ class CutFront {
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Returns true if there is room for all blocks around lo..hi (voxels).
+  /// Returns true if the front can store all blocks around lo..hi (voxels).
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
   /// Moves the head to `X_V` (voxels); `way`: voxels, path length of the head's farthest point.
   void advance_to(const Pose& X_V, double way) noexcept;
@@ -119,7 +119,8 @@ class CutFront {
 
   /// The part of a layer of blocks; layers count from the first layer of the front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Sets the patch of the lists. Lists of another patch stay valid if this patch contains all their samples (`holds`).
+  /// Sets the patch of the lists. The lists of the previous patch stay valid if the new patch contains all their
+  /// samples (`holds`).
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
@@ -133,7 +134,8 @@ class CutFront {
   /// Table `k` of values that depend only on the height (z) of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Samples after the front's last one that the tables cover, because a group may begin at the last sample
+  // Number of samples beyond the front that the tables also cover, because a group may begin at the front's last
+  // sample
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};              // blocks, size of the front

@@ -27,8 +27,9 @@ struct HandOptions {
   std::filesystem::path assets;       // folder that contains devices/*.json
   std::optional<double> force_limit;  // N, limit of the force; can only lower the device's own limit
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be held without a break; 0: the default
-  /// Opens hands that belong to a window or a headset ("mouse:", "openxr:right"), from the scheme and the text after
-  /// the colon. Set by the program while it has a window; empty: there is no window, and the drivers report this.
+  /// Opens hands that belong to a window or a headset ("mouse:", "openxr:right"). Arguments: the scheme, and the text
+  /// after the colon. The program sets this function while it has a window. Empty: there is no window, and the
+  /// drivers report this.
   std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;
 };
 
@@ -61,7 +62,7 @@ void add_driver(Driver driver);
 /// Opens the hand with the address of --hand. Force-feedback devices are wrapped in a SafeDevice. Throws Error.
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
 
-/// Opens a hand for a session: hardware may be unplugged and plugged in again. Throws Error.
+/// Opens a hand for a session. Hardware may be unplugged and plugged in again. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
 /// Adds a foot pedal to a hand; the larger of the values of pedal and button counts. `pedal`: see HandOptions::pedal.
@@ -73,8 +74,8 @@ std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, cons
 /// problem.
 std::vector<FoundDevice> list_devices();
 
-/// Detects hot-plugging: which devices came and went since the last call of look(). Any one thread, a few times per
-/// second.
+/// Detects hot-plugging: look() returns the devices that were connected or removed since its last call. Any one
+/// thread, a few times per second.
 class DeviceWatch {
  public:
   struct Change {

@@ -13,14 +13,14 @@
 
 namespace typodont::haptics {
 
-/// Indices, in a block, of the voxels of air that received a label in one tick of filling.
+/// Indices (within a block) of the air voxels that received a label in one tick of filling.
 class FreshLabels {
  public:
   void add(std::ptrdiff_t at) noexcept {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// False if there were more voxels than this list can store.
+  /// False if there were more such voxels than this list can store.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};
@@ -51,14 +51,14 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Distance of p from the region that the head and its exit path leave for filling, and from the tool's limit (only
-  /// if is_limited()); voxels, negative inside the region.
+  /// Distance from p to the region that the head and its exit path leave for filling; also to the tool's limit, if
+  /// is_limited(). Voxels, negative inside the region.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }
 
   static constexpr float kClear =
-      0.5f;  // voxels, clearance between head and filling, so that the head does not jam on its way out
+      0.5f;  // voxels, clearance between head and filling, so that the head does not jam when it is withdrawn
 
  private:
   Tissue label_;

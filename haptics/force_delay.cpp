@@ -32,7 +32,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // Neither force pushes any more, so the next contact starts without debt.
+  // Neither the delayed nor the present force pushes any more, so the next contact starts without debt.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double share =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);

@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// A delayed spring gives back more energy than it received, because on the way out it still pushes with an earlier
-/// force. So the delayed force has its own energy ledger, and the servo's passivity law limits the force by this
-/// ledger.
+/// A delayed spring gives back more energy than it received, because it still pushes with an earlier force when the
+/// hand retreats. So the delayed force has its own energy ledger, and the servo's passivity law limits the force by
+/// this ledger.
 class ForceDelay {
  public:
   struct Wrench {
@@ -36,7 +36,7 @@ class ForceDelay {
   std::vector<Row> past_;  // ring of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J received from the hand so far
+  double energy_ = 0;  // J, energy received from the hand up to now
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

@@ -20,9 +20,9 @@ struct DeviceInfo {
   double torque_limit = 0;      // N·m; 0: the device gives no torque
   double continuous_force = 0;  // N, force that the motors can give continuously; 0: unknown
   double vibration_band = 0;    // Hz, limit of the vibration frequencies that the device renders; 0: none
-  double silence = 0;           // s without a written force after which the watchdog sends zero; 0: the default
+  double silence = 0;           // s, time without a written force after which the watchdog sends zero; 0: the default
   double position_step = 0;     // m, resolution of the position: one encoder count; 0: smooth, or unknown
-  // The pose is relative to the pose at opening: the device must then rest in its home position.
+  // true: the pose is relative to the pose at opening, when the device must rest in its home position
   bool counts_from_rest = false;
 };
 
@@ -46,9 +46,9 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Sets force and torque on the hand, W, N and N·m. They stay until the next call; the destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Call before write(). The value is true if the tool touches tissue, lies in tissue, or its contact is unknown,
-  /// whatever the force. Motors that were released give no force until the value has been false for some time. Servo
-  /// thread.
+  /// Call before write(). The argument is true if the tool touches tissue, lies in tissue, or its contact is unknown,
+  /// even if the force is zero. Motors that were released give no force until the argument has been false for some
+  /// time. Servo thread.
   virtual void contact(bool) noexcept {}
   /// Call after write(), with the servo's answer to the last sample. Used by simulated hands that react to their tool,
   /// but not by hardware. Servo thread; never allocates.

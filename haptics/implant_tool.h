@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// Purpose of an instrument of an implant set.
+/// Purpose of an instrument in an implant set.
 enum class ImplantToolKind {
   kRound,    // ball that cuts on all sides and moves freely, also in a bed
   kDrill,    // begins, deepens or widens a bed along its axis
@@ -23,7 +23,7 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 /// The block "implant" of a tool's file. SI. Zhao 2020, "Modeling of the tools".
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
-  // Cutting ability of the tool's voxels, 0 (none) to 1, by their position
+  // Cutting ability of the tool's voxels, 0 (none) to 1; it depends on the voxel's position
   double end_ability = 0;     // ability at the end, farther than `centre_radius` from the axis
   double centre_ability = 0;  // ability at the end, within `centre_radius` of the axis
   double side_ability = 0;    // ability on the flank

@@ -1,5 +1,5 @@
-// A voxel's label in patch and volume: the tissue that it shows, and, for a filling, the label before the filling, so
-// that an emptied cavity has its old labels again. Both are stored in one byte.
+// The label of a voxel in patch and volume: the tissue that it shows. For a filled voxel also the label before the
+// filling, so that an emptied cavity gets its old labels back. One byte stores both.
 #pragma once
 
 #include <cstddef>
@@ -27,12 +27,12 @@ inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
 }
-/// The label before the filling.
+/// The label that the voxel had before the filling.
 inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Restores a voxel's label from before the filling, if the voxel is air and none of its 26 neighbours is solid
+/// Restores the label that a voxel had before the filling, if the voxel is air and none of its 26 neighbours is solid
 /// filling. Depends only on distances and labels. Returns whether the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
@@ -50,8 +50,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// Applies restore_label() to a box of voxels; one more sample must exist on every side. The result does not depend on
-/// how many cuts were made before the call. Returns true if any label changed.
+/// Applies restore_label() to a box of voxels; one more sample must exist on every side. One call after several cuts
+/// gives the same result as a call after each cut. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;

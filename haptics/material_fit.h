@@ -22,7 +22,8 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// η of eq. 14, density per newton; 0: each moment uses `relaxation` times the step that would remove its error.
+  /// η of eq. 14, density per newton; 0: in each moment, η is chosen so that a step removes the fraction `relaxation`
+  /// of the error
   double eta = 0;
   double relaxation = 0.3;  // fraction of the error that one step removes, η g Σw²; eq. 14 converges between 0 and 2
   int rounds = 60;          // number of iterations over the whole curve
@@ -32,11 +33,13 @@ struct FitOptions {
 
 struct MaterialFit {
   std::uint64_t seed = 0, tissue_hash = 0;  // identity of the packing and its tissue
-  std::vector<float> hardness;  // fraction of the tissue's own hardness, for every sphere; 1 where the tool never was
-  std::vector<bool> fitted;     // true for the spheres that the tool touched
-  std::vector<double> error;    // N², mean square error over the moments, before each iteration and after the last one
-  std::vector<double> t, measured, simulated;  // s, N, for every moment with contact; after the last iteration
-  double stability = 0;                        // largest stability_of() of all moments
+  // for every sphere: fraction of the tissue's own hardness; 1 if the tool never touched it
+  std::vector<float> hardness;
+  std::vector<bool> fitted;   // true for the spheres that the tool touched
+  std::vector<double> error;  // N², mean square error over the moments, before each iteration and after the last one
+  // s, N, N: time, measured and simulated force of every moment with contact; after the last iteration
+  std::vector<double> t, measured, simulated;
+  double stability = 0;  // largest stability_of() of all moments
 };
 
 /// Eq. 14 for one moment: changes the densities of the spheres that the tool overlaps by `overlap` (m³ each). The
@@ -48,9 +51,9 @@ double adjust_densities(std::span<const std::pair<int, double>> overlap, double 
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Simulates the measurement: the tool moves through the tissue on the recorded path, and the force of each moment is
-/// the force that the motor needs for the removal there (see PackingModel). `settings`: tool, spindle, materials and a
-/// method "packing". Throws Error if the method is another one, the curve has no contact or the step size is unstable;
-/// `curve` names the measurement in messages.
+/// the force that the motor needs to remove the tissue at that moment (see PackingModel). `settings`: tool, spindle,
+/// materials and a method "packing". Throws Error if the method is another one, the curve has no contact or the step
+/// size is unstable; `curve` names the measurement in messages.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

@@ -1,5 +1,5 @@
-// Readers for files of the model "packing". This module links neither HDF5 nor a mesh reader, so a module that can read
-// these files registers a function.
+// Readers for files of the model "packing". This module links neither HDF5 nor a mesh reader. So another module,
+// which can read these files, registers its functions here.
 #pragma once
 
 #include <filesystem>

@@ -5,7 +5,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr Nanos kPatience =
-    5'000'000;  // ns, limit of the servo's wait; a cutting hand moves less than 0.25 mm in this time
+    5'000'000;  // ns, limit of the servo's wait; a hand that cuts moves less than 0.25 mm in this time
 
 }  // namespace
 
@@ -46,7 +46,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       waiting_since_ = 0;
       return &fresh;
     }
-    if (way_.give_back()) break;  // continues if there is a newer patch
+    if (way_.give_back()) break;  // the loop continues if a newer patch exists
   }
   return nullptr;
 }

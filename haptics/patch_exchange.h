@@ -1,6 +1,6 @@
-// Channel for patches from the carver to the servo. Copying a patch takes the carver some time, and the servo cuts
-// meanwhile. It would have to repeat the missing cuts on the new patch in one tick. So the servo leaves a patch that
-// lacks cuts in the channel for a few milliseconds, while the carver adds these cuts.
+// Channel for patches from the carver to the servo. Copying a patch takes the carver some time, and meanwhile the
+// servo continues to cut. The new patch lacks these cuts, and the servo would have to repeat all of them in one tick.
+// So the servo leaves such a patch in the channel for a few milliseconds, while the carver adds the cuts.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Connects one carver and one servo, each in its thread. Neither waits; lock-free on the servo's side (Latest).
+/// Connects one carver thread and one servo thread. Neither waits; the servo's side is lock-free (Latest).
 class PatchExchange {
  public:
   /// `carver` makes the empty snapshots; it need not outlive this call.
@@ -29,8 +29,9 @@ class PatchExchange {
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Distinguishes a patch that only lacks cuts from a patch of edited tissue. The servo must adopt the latter
-  /// unchanged, because it repeats the later cuts itself and counts their volume differently.
+  /// Identifies the state of the tissue: a patch that only lacks cuts differs from a patch of edited tissue. The
+  /// servo must adopt a patch of edited tissue unchanged, because the servo then repeats the later cuts itself and
+  /// counts their volume differently.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;
@@ -38,11 +39,11 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Carver's thread.
+  // Members of the carver's thread.
   alignas(64) std::uint32_t offered_ = 0;  // number of the offered patch; 0: none
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
-  // Servo's thread.
+  // Members of the servo's thread.
   alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the wait began; 0: not waiting
 };
 

@@ -26,11 +26,12 @@ struct HandPath {
   double end() const { return rows.back().t; }
   Row at(double t) const noexcept;
 };
-/// `tools`: names of the tools for the optional column "tool", which may also contain indices into this list. Throws
-/// Error with file, line and column.
+/// Reads the path of a hand. `tools`: names of the tools for the optional column "tool"; the column may also contain
+/// indices into this list. Throws Error with file, line and column.
 HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std::string>& tools = {});
 
-/// m·a = K (x_path − x) + b (v_path − v) + push + F_device; orientation and pedal follow the path exactly.
+/// A simulated hand: m·a = K (x_path − x) + b (v_path − v) + push + F_device. Orientation and pedal follow the path
+/// exactly.
 struct HandModel {
   double mass = 0.15;           // kg
   double damping = 5;           // N·s/m
@@ -41,7 +42,7 @@ struct HandModel {
 };
 
 /// Opens the hand of --hand: HAND.csv is followed exactly, HAND.json moves by its HandModel. `paced`: waits for each
-/// sample's time on the clock; otherwise equal samples come as fast as possible. Throws Error.
+/// sample's time on the clock; otherwise the same samples come as fast as possible. Throws Error.
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools = {});
 /// Duration of the hand that open_scripted_hand() opens, s. Throws Error.

@@ -20,8 +20,8 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Normalises R, except if it is already a unit quaternion within rounding. So an orientation that a tick returned
-/// (ServoTick::X_WT) keeps its bits as input of a replay, and the replay computes the same force.
+/// Normalises R, except if it is already a unit quaternion within rounding. So if a replay uses an orientation that a
+/// tick returned (ServoTick::X_WT), the orientation keeps its bits, and the replay computes the same force.
 dquat made_unit(const dquat& R) {
   constexpr double kRounding = 1e-14;  // tolerance of |R|²; larger than the rounding error of a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
@@ -127,7 +127,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   const bool leaps = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (leaps ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // the hand felt no force
+  if (motion.idle) return;  // the hand felt no force, so no energy was exchanged
   // Exact, because the force was constant during the tick: last force × displacement + last torque × rotation.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
@@ -292,7 +292,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const ServoSettings& settings = s.settings;
   TickData now{hand, out, cut};
 
-  // Measured time since the last tick; a jump of the clock counts as one tick of nominal length.
+  // Measures the time since the last tick; a jump of the clock counts as one tick of nominal length.
   now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 

@@ -41,8 +41,9 @@ struct ServoSettings {
   ForceFilter filter = ForceFilter::kNone;  // force filter from the literature, for comparison
   double tick = 1e-3;                       // s, nominal period
   MaterialTable materials{};
-  Tool tool;                // tool in the hand at the start
-  std::vector<Tool> tools;  // all tools that the hand can take, `tool` first; empty: only `tool`. See tool_set()
+  Tool tool;  // tool in the hand at the start
+  // all tools that the hand can take, beginning with `tool`; empty: only `tool`. See tool_set()
+  std::vector<Tool> tools;
   Spindle spindle;
   VoxelFrame frame;                             // frame of the tissue volume
   std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
@@ -94,7 +95,7 @@ class Servo {
   /// know the change.
   void set_stiffness(const PerTissue& stiffness) noexcept;
 
-  /// From now on the force fades to zero within ramp_time. For the end of a session.
+  /// Starts the end of a session: the force fades to zero within ramp_time.
   void ramp_out() noexcept;
 
   /// The snapshot in use.
@@ -105,8 +106,8 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// The wanted centre of a snapshot, W, m: between the proxy p_WG and the hand p_WT, at most travel / 2 from the proxy.
-/// `travel`: m, see ContactModel::travel().
+/// The wanted centre of a snapshot, W, m. It lies between the proxy p_WG and the hand p_WT, at most travel / 2 from
+/// the proxy. `travel`: m, see ContactModel::travel().
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by one centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
@@ -114,8 +115,8 @@ inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, doubl
   return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
 }
 
-/// The largest fraction of a step, 0..1, with |rest + fraction · step| <= most. If no fraction satisfies this, the
-/// fraction that minimises |rest + fraction · step|.
+/// The largest fraction of a step, 0..1, for which |rest + fraction · step| <= most. If no fraction satisfies this
+/// condition, returns the fraction that minimises |rest + fraction · step|.
 double largest_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

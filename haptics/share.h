@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
-/// The fraction in units, for a surface that passes at `distance` voxels from the voxel's centre. Between 1 and 2,
-/// floats have equal spacing (one unit), and so have their bit patterns.
+/// The fraction in units, for a surface that passes at `distance` voxels from the voxel's centre. Floats between 1
+/// and 2 have equal spacing (one unit), so a difference of their bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
   // Without a branch, so that the compiler can vectorise the sum over a leaf
   const float above = distance < -0.5f ? -0.5f : distance;

@@ -1,6 +1,6 @@
-// An array in a ring buffer. If the window that it represents moves, the samples that stay in the window keep their
-// memory addresses; only the start of the array changes. The ring is mapped twice in a row, so the array is contiguous
-// for every start.
+// An array in a ring buffer, for a window that moves over a larger array. The samples that stay in the window keep
+// their memory addresses; only the start of the array changes. The ring's memory is mapped twice, one mapping
+// directly after the other, so the array is contiguous for every start.
 #pragma once
 
 #include <sys/mman.h>
@@ -40,7 +40,8 @@ class SlidingBuffer {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Keeps the elements if the count stays the same; otherwise all become T{}.
+  /// Changes the number of elements. The elements keep their values if the number stays the same; otherwise all
+  /// become T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }

@@ -16,10 +16,10 @@ struct Snapshot {
   std::uint64_t cuts = 0;       // index of the last cut that the snapshot contains
   std::uint32_t edits = 0;      // number of undo and redo steps before the snapshot was taken
   std::uint64_t edited_at = 0;  // index of the last cut before the newest undo or redo step
-  PerTissue taken_back{};       // m³ that undo brought back so far, minus what redo removed again
-  std::uint32_t pieces = 0;     // number of loose pieces that were removed before the snapshot was taken
-  PerTissue loose{};            // m³, volume of the removed pieces
-  dvec3 center_W{0, 0, 0};      // m, requested centre of the snapshot
+  PerTissue taken_back{};    // m³, volume that all undo steps restored, minus the volume that redo steps removed again
+  std::uint32_t pieces = 0;  // number of loose pieces that were removed before the snapshot was taken
+  PerTissue loose{};         // m³, volume of the removed pieces
+  dvec3 center_W{0, 0, 0};   // m, requested centre of the snapshot
 
   Snapshot() = default;
   Snapshot(const Snapshot&) = default;

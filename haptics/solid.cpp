@@ -67,7 +67,8 @@ struct Cylinder : Solid {
   }
 };
 
-/// A truncated cone, or one with a tip. The distance is computed in the half plane through the axis, to the outline.
+/// A truncated cone, or a cone with a tip. The distance to the outline is computed in the half plane through the
+/// axis.
 struct Cone : Solid {
   dvec3 center, axis;
   double radius, top_radius, half;  // m, radius at -half along the axis, radius at +half, half the height
@@ -76,7 +77,7 @@ struct Cone : Solid {
     const dvec3 d = p - center;
     const double z = glm::dot(d, axis);
     const glm::dvec2 q(glm::length(d - z * axis), z), corner(radius, -half), side(top_radius - radius, 2 * half);
-    // Distances to the two end discs and to the slope.
+    // Computes the distances to the two end discs and to the slope.
     const double below = glm::length(glm::dvec2(std::max(q.x - radius, 0.0), q.y + half));
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
@@ -268,7 +269,7 @@ struct Part {
   std::unique_ptr<Solid> solid;
 };
 
-constexpr double kHalfVoxel = 0.87;  // voxels, more than the distance from a voxel's centre to its corners
+constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
 // voxels, tolerance: surfaces closer to each other count as one surface, which belongs to the later solid
 constexpr double kTies = 1e-6;
 
@@ -282,7 +283,7 @@ dvec3 place_within(const glm::ivec3& voxel) {
   return glm::fract(a * dvec3(v.y, v.z, v.x) + b * dvec3(v.z, v.x, v.y) + along * v) - 0.5;
 }
 
-/// The last part that contains the point; null outside all parts.
+/// The last part that contains the point; null if the point is outside all parts.
 const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
     if ((*part)->solid->distance(p) <= 0) return *part;
@@ -290,8 +291,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// The part that contains the point; just outside all parts, the nearest part. So a label can be read on both sides of
-/// the surface.
+/// The part that contains the point; if the point is just outside all parts, the nearest part. So a label can be read
+/// on both sides of the surface.
 const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
   if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;
@@ -363,8 +364,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Block by block. A distance changes by no more than the displacement, so the distances at a block's centre show
-  // which solids matter in the block, and often that the whole block is air or deep inside.
+  // Works block by block. A distance changes by no more than the displacement. So the distances at a block's centre
+  // show which solids matter in the block, and often that the whole block is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {
@@ -376,7 +377,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     const Part* deep = nullptr;
-    // Crossed: a label's border crosses the block; covered: one solid contains the block, deeper than the band
+    // crossed: a border between labels crosses the block; covered: one solid contains the whole block, which lies
+    // deeper than the band
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);
@@ -418,7 +420,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       }
     }
   };
-  const auto slab = [&](int x0, int x1) {  // x0, x1: in blocks
+  const auto slab = [&](int x0, int x1) {  // x0, x1: range of blocks
     std::vector<const Part*> near;
     for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
       for (int y = 0; y < dense.size.y; y += kBlock) {

@@ -1,6 +1,6 @@
-// The three passes of the model "packing" over all spheres of a tissue (paper S2 in docs/papers.md: first contact,
-// material at the contact, removal along the path), as a GPU runs them: one thread per sphere. This module does not use
-// Vulkan; a module that does registers an implementation.
+// The three passes of the model "packing" over all spheres of a tissue (paper S2 in docs/papers.md): first contact,
+// material at the contact, removal along the path. A GPU runs each pass with one thread per sphere. This module does
+// not use Vulkan; another module, which does, registers an implementation.
 #pragma once
 
 #include <algorithm>
@@ -76,9 +76,9 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// One thread at a time: after set-up, the servo's. All results have the same bits as on the processor. The lists are
-/// not sorted. If a function returns false, the state of the tissue on the GPU is unknown, and load() must be called
-/// before any other function.
+/// One thread at a time: after set-up, the servo's. All results have the same bits as on the processor. The lists
+/// that they return are not sorted. If a function returns false, the state of the tissue on the GPU is unknown, and
+/// load() must be called before any other function.
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;

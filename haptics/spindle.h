@@ -8,12 +8,13 @@
 
 namespace typodont::haptics {
 
-/// T = T_s (1 − ω/ω₀): exact for air turbines, approximate for electric handpieces and implant motors.
+/// Linear torque–speed curve T = T_s (1 − ω/ω₀): exact for air turbines, approximate for electric handpieces and
+/// implant motors.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s at full pedal
   double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
-  double run_up_time = 0;   // s until 63 % of a speed change; 0: immediate
+  double run_up_time = 0;   // s, time constant: 63 % of a speed change are done after this time; 0: immediate
 };
 
 /// Speed and cutting power under a load of `torque`, at pedal 0..1. The spindle stalls (0, 0) above the stall torque.

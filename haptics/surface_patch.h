@@ -22,8 +22,9 @@ namespace typodont::haptics {
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
-  double band = 1e300;         // voxels; the field stores distances up to this distance from the surface
-  bool exact_outside = false;  // distances outside the tissue are exact or too small, except near cuts and fillings
+  double band = 1e300;  // voxels; the field stores distances up to this distance from the surface
+  // distances outside the tissue never exceed the true distance, except near cuts and fillings
+  bool exact_outside = false;
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box of voxels, inclusive, around all fillings
   SlidingBuffer<float> distance;
@@ -32,7 +33,8 @@ struct SurfacePatch : Snapshot {
   // (TissueVolume::graded): then every sample has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
   std::vector<float> uncut;  // buffer of carve(); empty if `hardness` is empty
-  // If a tool has a shank: one coarse patch with every `every`-th sample, in voxels of that size, with a larger range.
+  // If a tool has a shank: one coarse patch. It contains every `every`-th sample and a larger region; its lengths are
+  // in voxels of its own size.
   std::vector<SurfacePatch> wide;
   int every = 1;
   // The samples that the carver must copy again when it reuses the patch: changes of the tissue since `copied_at`
@@ -71,7 +73,7 @@ struct SurfacePatch : Snapshot {
     const double room = reach + 3, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// The largest `reach` for which holds() is true at p.
+  /// The largest `reach` for which holds() is true at p (in voxels).
   double reach_around(const dvec3& p_V) const {
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
     return std::min({nearest.x, nearest.y, nearest.z}) - 3;
@@ -120,18 +122,19 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// weights alone.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// The label of the nearest voxel; the patch must hold it.
+/// The label of the voxel nearest to p; the patch must contain this voxel.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Edge, in samples, of a patch for these tools. It includes their reach, the stencil, and the distance that they may
-/// move while the carver works.
+/// Edge, in samples, of a patch for these tools. The edge includes the reach of the tools, the stencil, and the
+/// distance that the tools may move while the carver works.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Voxels that a tool may move from the patch's centre before a new patch is due.
+/// Distance that a tool may move from the patch's centre before a new patch is due, voxels.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Patch number 0, with the edge patch_edge_for(); contains the coarse patch for shanks if a tool has a shank.
+/// Makes an empty patch: number 0, with the edge patch_edge_for(). It contains the coarse patch for shanks if a tool
+/// has a shank.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 /// The hardness that the hand feels at sample `at`: the sample's byte, or the hardness of a filling there. Only for a
@@ -139,7 +142,7 @@ SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
   return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
 }
-/// The hardness of the nearest voxel, 0..1; the patch must hold it.
+/// The hardness of the voxel nearest to p, 0..1; the patch must contain this voxel.
 inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return 1;
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;

@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is treated as one step: the head's end pose is cut, with a search for the samples that were
-// deeper before.
+// Voxels, limit of a path that is treated as one step: only the head's end pose is cut, with a search for the samples
+// that were deeper during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels, limit of a sample's deviation from its chord. A larger value halves the number of parts of a fast rotation.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
@@ -99,14 +99,14 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  constexpr int kBlock = 8;  // groups lie in the blocks around the sweep
+  constexpr int kBlock = 8;  // the listed groups lie in the blocks around the sweep
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
 }
 
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept {
-  // The head may have moved through air since the last call.
+  // The head may have moved through air since the last call of this function.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
   // Lists must stay valid for another voxel of path.

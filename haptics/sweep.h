@@ -14,8 +14,8 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// The volume that a head sweeps from A to B: for a ball the exact capsule, for other heads the greatest depth of each
-/// voxel on the path, within 5e-4 voxels.
+/// The volume that a head sweeps from pose A to pose B. For a ball the volume is the exact capsule; for other heads,
+/// each voxel gets its greatest depth on the path, within 5e-4 voxels.
 class Sweep {
  public:
   /// `continues`: the previous sweep ended at A and removed the head's volume there, so only tissue ahead can change.
@@ -28,9 +28,9 @@ class Sweep {
   const glm::ivec3& hi() const { return hi_; }
 
   /// Raises the distances of a block of voxels, lo .. lo+size-1, to their depth in the swept head (at most kInner),
-  /// wherever this is more: removes tissue. z runs fastest; the strides are in samples. `removed`, if given, receives
-  /// the removed volume per tissue in voxels³ (the fraction of each voxel inside the surface, before minus after).
-  /// Returns whether any sample changed. Any thread; the bits do not depend on the processor.
+  /// wherever the depth is larger. This removes tissue. z runs fastest; the strides are in samples. `removed`, if
+  /// given, receives the removed volume per tissue in voxels³ (the fraction of each voxel inside the surface, before
+  /// minus after). Returns whether any sample changed. Any thread; the bits do not depend on the processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
@@ -71,8 +71,8 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  /// carve() for a long path. Leaves out the blocks that are not due yet by `known` (may be null): none of their
-  /// samples changes.
+  /// Does the work of carve() for a long path. Leaves out the blocks that are not due yet according to `known` (may
+  /// be null): none of their samples can change.
   bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
@@ -92,7 +92,7 @@ class Sweep {
   bool sphere_, continues_;
   std::uint32_t laws_;                           // version of the servo's laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, in voxels
-  Straight back_;                                // path from B back to A, without its pointer to the pieces
+  Straight back_;                                // path from B back to A; its pointer to the pieces is not set
   glm::ivec3 base_;        // origin of the coordinates of A and B, so that floats keep their precision
   glm::vec3 a_, ab_;       // capsule: A and the vector from A to B, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point

@@ -21,7 +21,8 @@ class TissueBody {
   /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
   virtual void set_laws(std::uint32_t /*laws*/) {}
 
-  // Removal.
+  // Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: the previous cut ended at
+  // A with the same tool, so only tissue ahead can change.
   /// Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: the previous cut ended at A
   /// with the same tool, so only tissue ahead can change.
   virtual void carve(const Cut& cut, bool continues) = 0;
@@ -30,7 +31,7 @@ class TissueBody {
   /// Returns the pieces that carve() separated and removed since the last call.
   virtual std::vector<LoosePiece> take_pieces() = 0;
 
-  // Strokes: all changes by carve() and fill() since begin_stroke() can be undone together.
+  // Begins a stroke: all changes by carve() and fill() from now on can be undone together.
   virtual void begin_stroke() = 0;
   /// Ends the stroke; later changes do not belong to it.
   virtual void end_stroke() = 0;
@@ -39,29 +40,31 @@ class TissueBody {
   virtual bool redo() = 0;
   /// m³, volume that all undos brought back, minus what redos removed again.
   virtual PerTissue taken_back() const = 0;
-  /// Number of strokes that can be undone and redone, with the present stroke.
+  /// Number of strokes that can be undone and redone, the present stroke included.
   virtual TissueVolume::Strokes strokes() { return rasterize().strokes(); }
 
-  // Snapshots for the servo.
+  // Returns an empty snapshot for the servo, with buffers of full size.
   /// Returns an empty snapshot with buffers of full size.
   virtual std::unique_ptr<Snapshot> make_snapshot() const = 0;
-  /// m that the tool may move before a new snapshot is due; infinity if a snapshot contains all of the tissue.
+  /// Distance that the tool may move before a new snapshot is due, m; infinity if a snapshot contains all of the
+  /// tissue.
   virtual double travel() const = 0;
-  /// Returns true if the removed tissue makes a new snapshot due at time t; for methods whose servo does not cut its
-  /// own snapshot.
+  /// Returns true if the removed tissue makes a new snapshot due at time t. Only for methods whose servo does not cut
+  /// its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
-  /// Fills `snapshot` with the tissue around snapshot.center_W. Its other members are set by the carver.
+  /// Fills `snapshot` with the tissue around snapshot.center_W. The carver sets the other members of `snapshot`.
   virtual void cut_out(Snapshot& snapshot) = 0;
   /// Starts or stops remembering writes, for bring_up_to_date().
   virtual void remember_writes(bool wanted) = 0;
   /// Updates the newest snapshot to the present tissue, from the remembered writes.
   virtual void bring_up_to_date(Snapshot& snapshot) = 0;
 
-  /// The tissue as a distance field with labels: for pictures, scores, sections, reports, files. A body of another form
-  /// updates this field first if its tissue changed. The body adopts what is written to the field (painting).
+  /// The tissue as a distance field with labels: for pictures, scores, sections, reports, files. A body of another
+  /// form first updates this field if its tissue changed. The caller may also write to the field (painting); the body
+  /// adopts these changes.
   virtual TissueVolume& rasterize() = 0;
-  /// The body's own triangles, which pictures then show instead of the field's surface; null if it has none. The first
-  /// call makes the object; all calls return the same object.
+  /// Returns the body's own triangles, which pictures then show instead of the field's surface; null if the body has
+  /// none. The first call makes the object; all calls return the same object.
   virtual TissueSurface* surface() { return nullptr; }
   /// Number of elements of the body: voxels with tissue, spheres or vertices.
   virtual std::uint64_t elements() const = 0;

@@ -16,7 +16,7 @@ struct SurfaceCorner {
   glm::vec3 p{0};        // m, from the origin of the volume's frame
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kAir, Tissue::kAir};
-  float second = 0;  // 0..1, fraction of tissue[1]; the border between both tissues is where it is 0.5
+  float second = 0;  // 0..1, fraction of tissue[1]; the border between the two tissues is drawn where this value is 0.5
 };
 
 /// The faces whose centroids are in one cell of a spatial grid.

@@ -17,7 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end, as a ratio to the diameter; below it, the density of samples does not increase
+// Height above the free end as a ratio to the diameter; nearer to the end than this, the density of samples does not
+// increase
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a convex meridian (ρ ≥ 0, z): a chain of straight lines and arcs from the free end to the shank end.
@@ -60,7 +61,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// A hemisphere at the free end; the length includes it.
+/// A cylinder with a hemisphere at the free end; the length includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -79,7 +80,7 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// A hemisphere of full width at the free end, then a tangent cone to a neck half as wide.
+/// A hemisphere of full width at the free end, then a tangent cone that narrows to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
@@ -95,7 +96,8 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// From the tip, an arc to the widest circle at a third of the length, then a cone to a neck half as wide.
+/// From the tip, an arc to the widest circle at a third of the length; then a cone that narrows to a neck half as
+/// wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
@@ -110,7 +112,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// The head is widest at the free end; the neck is half as wide.
+/// The head is widest at the free end; its neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -136,7 +138,7 @@ Meridian shaft(const Tool& tool) {
   return m;
 }
 
-/// All properties that differ between shapes.
+/// The properties by which shapes differ.
 struct ShapeKind {
   HeadShape shape;
   std::string_view name;  // name in scenes
@@ -202,7 +204,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins where the ball is as wide as the shank's neck.
+  // The shank begins at the height where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -217,7 +219,7 @@ std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of it is inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // its upper part lies inside the head
   return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 
@@ -251,7 +253,7 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
 /// Signed distance in the half plane, and the unit direction in which the distance grows.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   double best2 = 1e300, best_x = 0, best_z = 0;  // vector from the closest point to (ρ, z)
-  double way_x = 0, way_z = 0;                   // outward normal of the closest piece, for points on the surface
+  double way_x = 0, way_z = 0;                   // outward normal of the closest piece; used for points on the surface
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
@@ -351,7 +353,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
   const double golden = kPi * (3 - std::sqrt(5.0));
   std::vector<HeadSample> samples;
   samples.reserve(static_cast<std::size_t>(count));
-  if (tool.shape == HeadShape::kSphere) {  // Fibonacci sphere
+  if (tool.shape == HeadShape::kSphere) {  // distributes the samples as a Fibonacci sphere
     const double area = 4 * kPi * tool.radius() * tool.radius() / count;
     for (int i = 0; i < count; ++i) {
       const double z = 1 - (2.0 * i + 1) / count, rho = std::sqrt(1 - z * z);

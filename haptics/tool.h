@@ -27,8 +27,9 @@ std::string_view name_of(HeadShape shape) noexcept;
 struct Tool;
 class Solid;
 
-/// The head's meridian, prepared for fast distances: a convex chain of lines and arcs in the half plane (ρ ≥ 0, z). The
-/// distance to it in this plane is the distance to the surface of revolution. Lengths in any one unit. Never allocates.
+/// The head's meridian, prepared for fast distances: a convex chain of lines and arcs in the half plane (ρ ≥ 0, z).
+/// The distance to the chain in this plane is the distance to the surface of revolution. All lengths have the same,
+/// arbitrary unit. Never allocates.
 class HeadField {
  public:
   HeadField() = default;
@@ -40,10 +41,10 @@ class HeadField {
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Signed distance from a point in T, and the distance to each piece. A piece whose distance exceeds the least one by
-  /// more than 2 r cannot be the closest piece of any point within r.
+  /// Signed distance from a point in T; also returns the distance to each piece. A piece whose distance exceeds the
+  /// smallest one by more than 2 r cannot be the closest piece of any point within r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Signed distance from a point in T, and the unit direction, in T, in which it grows.
+  /// Signed distance from a point in T; also returns the unit direction, in T, in which the distance grows.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
   // The chain, from the free end to the shank end, in double precision; sweeps use floats.
@@ -68,16 +69,17 @@ struct Tool {
   double length = 1.2e-3;      // m, length along the axis; for a ball its diameter
   bool cuts = true;            // false for probes and gauges, which touch but never remove tissue
   double side_efficiency = 1;  // fraction of the normal force that cuts, for a contact on the flank
-  // Fraction of the normal force that cuts, for a contact at the end; between flank and end, it is interpolated by the
-  // squared cosine
+  // Fraction of the normal force that cuts, for a contact at the end; between flank and end, the fraction is
+  // interpolated by the squared cosine
   double end_efficiency = 1;
-  // Fraction of the push that cuts along the hand's path, for an edge that does not turn; 0: no such edge
+  // Fraction of the push along the hand's path that cuts, for an edge that does not turn; 0: the tool has no such
+  // edge
   double scrapes = 0;
   double sink_yield = 0;             // N, force at which the tip sinks into softened tissue; 0: never
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
 
-  // Parts that never cut: a shank from the head's upper end to the handpiece, which widens from its neck, and a
-  // round-ended pin beyond the free end (safe end).
+  // Parts that never cut: the shank, from the head's upper end to the handpiece, which widens from its neck; and the
+  // safe end, a round-ended pin beyond the free end.
   double shank_length = 0;         // m; 0: no shank is felt
   double shank_diameter = 1.6e-3;  // m; default: friction grip, ISO 1797 type 3
   double neck_diameter = 0;        // m
@@ -113,7 +115,7 @@ struct Tool {
   double profile(double z) const;
 };
 
-/// A part that never cuts, as a tool of its own. `z`: m, position of its centre on the tool's axis.
+/// A part that never cuts, described as a tool of its own. `z`: m, position of the part's centre on the tool's axis.
 struct NonCuttingPart {
   Tool shape;
   double z = 0;
@@ -130,8 +132,8 @@ struct HeadSample {
   dvec3 n_T;    // unit, out of the head
   double area;  // m²
 };
-/// Nearly even samples. For heads other than a ball, the fraction `near_end` of them lies near the free end, which
-/// touches first and often alone.
+/// Samples the head's surface nearly evenly. For heads other than a ball, the fraction `near_end` of the samples lies
+/// near the free end, which touches first and often alone.
 std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end = 0);
 
 /// Reads a scene's inline object or a file of assets/tools/. Throws Error.

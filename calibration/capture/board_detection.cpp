@@ -21,13 +21,14 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
   if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
   cv::Mat grey(height, width, CV_8U, bytes.get());
-  // A reflection reverses the order of the corners; flipping the picture restores an ordinary board.
+  // A reflection reverses the order of the corners. Flipping the picture gives an ordinary board.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return {};
-  // The first cell inside the corners is dark. If it is not, the board was found rotated, and the order is reversed.
+  // The first cell inside the corners must be dark. If it is not, the board was found rotated by 180°, so the order
+  // is reversed.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
     const cv::Point2f middle = 0.25f * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1));

@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Arm step: four sockets, then a plate of 5×5 points at two positions.
+// In the arm step, the user touches four sockets, then a plate of 5×5 points at two positions.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;
@@ -110,7 +110,7 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // A mark is shown on the panel while the panel is touched, otherwise in space for both eyes.
+    // A mark is shown on the panel if the panel is to be touched; otherwise in space, for both eyes.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -140,7 +140,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
       break;
     case Step::kEyes: {
-      // Alternate between the eyes, over different depths and positions.
+      // Alternates between the eyes, over different depths and positions.
       const Box& box = bench_.workspace_D;
       const dvec3 wider = 0.15 * (box.high - box.low);
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
@@ -245,7 +245,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  Captures changed;  // save only this step; the files of the other steps are up to date
+  Captures changed;  // saves only this step, because the files of the other steps are up to date
   switch (step_) {
     case Step::kArm:
       changed.arm = captures_.arm;
@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // later sessions are compared with these marks
+      break;  // keeps these marks, because later sessions are compared with them
   }
 }
 
@@ -378,7 +378,8 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Pairs of tones: rising for a taken touch, falling for an undone one, two low tones for a touch that does not fit.
+  // Pairs of tones: rising for a touch that was taken, falling for an undone touch, two low tones for a touch that
+  // does not fit.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};  // Hz
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

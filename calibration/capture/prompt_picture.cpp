@@ -69,7 +69,8 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     picture.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = grey;
   };
-  // Text in lines of whole words, centred near the top. Only the text is mirrored; marks keep their positions.
+  // Draws the text in lines of whole words, centred near the top. Only the text is mirrored; marks keep their
+  // positions.
   const int scale = std::max(1, width / 420), line_cells = std::max(8, width / (6 * scale) - 4);
   std::vector<std::string> lines(1);
   std::string_view rest = prompt.text;

@@ -7,14 +7,16 @@ namespace typodont::calibration {
 namespace {
 constexpr std::size_t kSamples = 4096;  // number of samples, a tenth of a second at 40 kHz
 constexpr std::size_t kFewest = 4;
-constexpr double kDown = 0.5, kUp = 0.3;  // pedal positions 0..1 that count as pressed and released
+// pedal positions 0..1, thresholds: above kDown the pedal counts as pressed, below kUp as released
+constexpr double kDown = 0.5, kUp = 0.3;
 }  // namespace
 
 StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSamples) {}
 
 StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked,
                                     std::span<const double> joints) noexcept {
-  if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;  // earlier samples cannot be compared with this one
+  // discards the earlier samples, because they cannot be compared with this one
+  if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;
   if (is_finite(p)) {
     Sample& sample = samples_[next_];
     sample.t = t, sample.p = p, sample.has_joints = joints.size() >= sample.joints.size();
@@ -33,9 +35,9 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   const Nanos begin = back(0).t - from_seconds(limits_.window);
   std::size_t used = 0;
   while (used < count_ && back(used).t >= begin) ++used;
-  // The window is complete if there is a sample before it or at its beginning.
+  // The window is complete if a sample exists before the window or at its beginning.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Sum the differences to one sample, so that the mean of equal samples is exact.
+  // Sums the differences to one sample, so that the mean of equal samples is exact.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

@@ -35,8 +35,8 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// Makes the last row, computed with `method`, the baseline of the rows from `first` on; all have the same task and
-/// size.
+/// Makes the last row (computed with `method`) the baseline of the rows from `first` on. All these rows must have the
+/// same task and size.
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
   for (std::size_t i = first; i + 1 < rows.size(); ++i) {
@@ -47,7 +47,7 @@ void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) 
 double microseconds(const std::function<void()>& work, int repeats) {
   std::vector<double> times;
   for (int batch = 0; batch < 7; ++batch) {
-    // Processor time of all threads, which excludes other programs on the machine.
+    // Measures the processor time of all threads of this program, which excludes other programs on the machine.
     const std::clock_t start = std::clock();
     for (int i = 0; i < repeats; ++i) work();
     times.push_back(1e6 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / repeats);
@@ -77,7 +77,7 @@ struct Pairs {
   }
 };
 
-// Mean squared distance over the corners of the 80 mm cube.
+// Mean squared distance between found and true positions, over the corners of the 80 mm cube.
 double corner_error2(const std::function<dvec3(const dvec3&)>& found, const Pose& truth) {
   double sum = 0;
   for (int c = 0; c < 8; ++c) {
@@ -117,7 +117,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      known.known_sigma = kSigma;  // OpenCV gets the same value as its threshold
+      known.known_sigma = kSigma;  // the same value is OpenCV's threshold
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {
         const Pairs pairs(random, count, outliers);
@@ -148,8 +148,8 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
   }
 }
 
-// Standard method for comparison: cross-correlation of the sampled streams along their main axis, with a parabola
-// through the peak.
+// Standard method for comparison: cross-correlation of the sampled streams along their main axis; a parabola through
+// the peak gives the delay.
 double correlation_delay(const Stream& a, const Stream& b, double step) {
   const auto n = static_cast<int>(std::min(a.t.size(), b.t.size()));
   const auto at = [](const Stream& s, int i) { return s.p[static_cast<std::size_t>(i)]; };
@@ -177,7 +177,7 @@ void delay_rows(std::vector<BenchRow>& rows, int trials) {
     double ours = 0, plain = 0, information = 0;
     const int runs = std::max(3, trials / 12);
     Stream a, b;
-    volatile double kept = 0;  // keeps the compiler from removing the work
+    volatile double kept = 0;  // keeps the compiler from removing the measured work
     for (int t = 0; t < runs; ++t) {
       a = b = {};
       const double delay = random.uniform(-0.05, 0.05);
@@ -237,7 +237,7 @@ void camera_rows(std::vector<BenchRow>& rows, bool quick) {
   for (const int pictures : {6, 12}) {
     if (quick && pictures > 6) break;
     const int runs = quick ? 2 : 8;
-    double ours = 0, theirs = 0;  // sums of squared errors
+    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the other one
     std::vector<double> our_time, their_time;
     int corners = 0;
     for (int run = 0; run < runs; ++run) {

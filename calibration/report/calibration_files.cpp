@@ -20,11 +20,11 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr double kSmallestReach = 3e-3;    // m; if every coordinate is smaller, the file is probably in metres
-constexpr double kLargestReach = 10;       // m from the origin
-constexpr double kUnitLengthError = 0.01;  // tolerance for the length of a quaternion
+constexpr double kSmallestReach = 3e-3;    // m, limit: if every coordinate is smaller, the file is probably in metres
+constexpr double kLargestReach = 10;       // m, limit of the distance from the origin
+constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 
-/// Column names in the header line; empty if there is none.
+/// Reads the column names in the header line. Returns an empty list if the file has no header.
 std::vector<std::string> header_of(const std::filesystem::path& file) {
   LineReader in(file, InputKind::kTable);
   std::string line;
@@ -43,7 +43,8 @@ std::vector<std::string> header_of(const std::filesystem::path& file) {
   return {};
 }
 
-/// Three columns of lengths with the same unit, "hx" to "hz"; in metres if one of them is named so in the header.
+/// Three columns of lengths with the same unit, "hx" to "hz". The unit is metres if one of the columns is named so in
+/// the header.
 struct LengthColumns {
   std::array<std::string, 3> names;
   double unit = kMillimetre;
@@ -61,7 +62,7 @@ struct LengthColumns {
     const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
     return dvec3(at(0), at(1), at(2)) * unit;
   }
-  /// Throws Error if the numbers are implausible for this unit, by the rule in the header file.
+  /// Throws Error if the numbers are implausible for this unit, by the rule in calibration_files.h.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
     double reach = 0;
     for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -89,7 +90,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // Additional columns that guided capture writes to the same file.
+  // These additional columns are written to the same file by guided capture.
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
@@ -172,7 +173,7 @@ std::vector<dvec3> read_points(const std::filesystem::path& file) {
 
 namespace {
 
-/// 6×6 covariance of rotation (rad) and translation, converted from m to mm.
+/// 6×6 covariance of rotation (rad) and translation, with lengths converted from m to mm.
 Value covariance_value(const std::array<double, 36>& covariance) {
   Value rows = Value::array();
   for (std::size_t i = 0; i < 6; ++i) {

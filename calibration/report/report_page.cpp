@@ -13,8 +13,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Plots a line per residual in the order of the touches; outliers are red on the same axis (clipped, with an
-// arrowhead).
+// Plots one line per residual, in the order of the touches. Outliers are red on the same axis; if they are too long,
+// they are clipped and get an arrowhead.
 std::string residual_plot(const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {
   if (residuals.empty()) return "";
   const double w = 640, h = 130, left = 46, bottom = 20, top = 8;
@@ -47,7 +47,8 @@ std::string residual_plot(const std::vector<double>& residuals, const std::vecto
   return svg;
 }
 
-// Colour scale from dark blue over teal to yellow, with even steps of lightness, readable without colour vision.
+// Colour scale from dark blue over teal to yellow. Its steps of lightness are even, so the map is readable without
+// colour vision.
 std::string colour(double s) {
   s = std::clamp(s, 0.0, 1.0);
   constexpr double kStops[5][3] = {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};

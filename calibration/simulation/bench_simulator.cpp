@@ -15,9 +15,9 @@ dquat small_turn(Noise& random, double angle) {
   return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
 }
 
-// The nominal mirror bench: W is in the middle of the workspace, 120 mm below the mirror; y up, z towards the user. The
-// panel is above the mirror, oriented so that its image is perpendicular to the user's line of sight through the
-// workspace.
+// The nominal mirror bench. The origin of W is in the middle of the workspace, 120 mm below the mirror; y up, z
+// towards the user. The panel is above the mirror, oriented so that its image is perpendicular to the user's line of
+// sight through the workspace.
 RigGeometry drawn_rig() {
   RigGeometry rig;
   const dvec3 eye(0, 0.42, 0.40);
@@ -26,7 +26,7 @@ RigGeometry drawn_rig() {
   const double width = 0.345, height = 0.194;  // m, a 15.6" panel
   const dvec3 corner = -0.5 * width * right - 0.5 * height * up;
   rig.mirror = mirror;
-  // The panel's picture is mirrored, so its right edge direction is reversed.
+  // The panel's picture is mirrored, so the direction of its right edge is reversed.
   rig.panel = {mirror.reflect(corner + width * right), mirror.reflect(corner),
                mirror.reflect(corner + width * right + height * up)};
   rig.eyes = {eye, 0.063, right};
@@ -114,7 +114,7 @@ dvec3 BenchSimulator::reached_for(const RigGeometry& believed, const dvec3& p_W)
 }
 
 void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
-  // Four sockets, and a plate of 5×5 points with 40 mm distance at two positions.
+  // The captures come from four sockets, and from a plate of 5×5 points at a distance of 40 mm, at two positions.
   int group = 0;
   for (const dvec3 socket :
        {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {
@@ -149,7 +149,7 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
-    // A dot that this eye should see at a point of the workspace; the user covers it with the tip at that depth.
+    // A dot that this eye should see at a point of the workspace. The user covers the dot with the tip at that depth.
     EyeCapture capture;
     capture.right = i % 2 == 1;
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);
@@ -163,7 +163,7 @@ void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
 
 void BenchSimulator::capture_register(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
-  // Corners and edges determine the rotation better than the middle.
+  // Positions at corners and edges determine the rotation better than positions in the middle.
   const double places[3] = {0, 0.5, 1};
   for (std::size_t i = 0; i < many(240); ++i) {
     const dvec3 s(places[i % 3], places[i / 3 % 3], places[i / 9 % 3]);

@@ -17,7 +17,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Edge of a cube with the size of the region that the points fill; flat sets count as a cube of their extent.
+// Edge of a cube that is as large as the region filled by the points; flat sets count as a cube of their extent.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -25,28 +25,28 @@ double extent(Points points) {
   return std::max({size.x, size.y, size.z});
 }
 
-// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). Number of false alarms
-// NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a random point lies within the k-th
-// residual.
+// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). The number of false
+// alarms is NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a random point lies
+// within the k-th residual.
 class Consensus {
  public:
-  /// `sigma`: the random points are normally distributed with this standard deviation; without it, they fill the cube
+  /// `sigma`: the random points are normally distributed with this standard deviation; if it is 0, they fill the cube
   /// around all points. In a normal distribution, agreement tighter than a thirtieth of sigma is not counted, because
-  /// pairs that coincide to the last digit come from quantisation.
+  /// pairs that coincide to the last digit result from quantisation.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // The density of a normal distribution is largest at its centre.
+        // A normal distribution has its largest density at its centre.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of bin b: a quarter power of two.
+      // Upper edge of bin b; the edges are quarter powers of two.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -58,14 +58,15 @@ class Consensus {
     }
   }
 
-  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but loosely. So the search looks
-  /// inside the found set for a core that is far tighter than expected by chance in a normal distribution of that size,
-  /// and restarts from it. If more than half of all pairs agree more closely than this consensus, they are the result:
-  /// fewer than half of the pairs cannot prevent that, however wrong they are (least trimmed squares).
+  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but loosely. So the search
+  /// examines the found set for a core that is far tighter than expected by chance in a normal distribution of that
+  /// size, and restarts from this core. If more than half of all pairs agree more closely than this consensus, these
+  /// pairs are the result. Fewer than half of the pairs cannot prevent that, however wrong they are (least trimmed
+  /// squares).
   Agreement find() const {
     Agreement best = find_core();
-    // A spread below 1e-9 of the coordinates is rounding error, which is not normally distributed; then no pair is
-    // wrong.
+    // A spread below 1e-9 of the coordinates is rounding error, which is not normally distributed. In this case no
+    // pair is wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -94,7 +95,8 @@ class Consensus {
   }
 
   /// Finds the pairs that agree, in three stages.
-  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best. It
+  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best.
+  /// It
   ///    starts from the best of all triples tried, fits, keeps the half with the smallest residuals, and repeats.
   /// 2. A forward search (Atkinson & Riani 2000) adds one pair after the other, the one with the smallest residual
   ///    first. It stops when the next residual exceeds the noise of the pairs that it holds. The noise of the first
@@ -127,7 +129,7 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // probability of stopping too early among good pairs; stage 3 corrects this
+    // probability of stopping too early among good pairs; stage 3 corrects such a stop
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
@@ -137,7 +139,7 @@ class Consensus {
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The F quantile is never below the chi-squared quantile, so this cheap test is sufficient for most pairs.
+      // The F quantile is never below the chi-squared quantile. So for most pairs this cheap test is sufficient.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -185,13 +187,13 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    double score;  // smaller is better: log NFA, or the median of the squared residuals in m²
+    double score;  // a smaller score is better; log NFA, or the median of the squared residuals in m²
     std::size_t count;
   };
 
   template <class F>
   void for_each_triple(F visit) const {
-    if (n_ <= 20) {  // at most 1140 triples: try all
+    if (n_ <= 20) {  // at most 1140 triples exist, so all are tried
       for (std::size_t i = 0; i < n_; ++i) {
         for (std::size_t j = i + 1; j < n_; ++j) {
           for (std::size_t k = j + 1; k < n_; ++k) (void)visit(i, j, k);
@@ -199,8 +201,8 @@ class Consensus {
       }
       return;
     }
-    // With 30 % good pairs, one triple in 37 is good; 1500 triples miss all of them with probability 1e-18. Once many
-    // pairs agree, fewer triples are needed for a probability of 1e-9.
+    // If 30 % of the pairs are good, one triple in 37 is good; 1500 triples miss all good triples with probability
+    // 1e-18. Once many pairs agree, fewer triples are needed for a probability of 1e-9.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -226,7 +228,8 @@ class Consensus {
     return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  // Four bins per octave, computed from the bits of the number, because sorting would take most of the time.
+  // Histogram with four bins per octave, computed from the bits of the number, because sorting would take most of the
+  // time.
   static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
 
   std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
@@ -275,8 +278,8 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Fits again and adds all pairs within the noise of the fit until nothing changes. If it starts with too few pairs,
-  // the threshold grows by itself: a ball of radius tσ in a normal distribution has an rms of at least tσ/√5.
+  // Fits again and adds all pairs within the noise of the fit until nothing changes. If the set is too small at
+  // first, the threshold grows with it: a ball of radius tσ in a normal distribution has an rms of at least tσ/√5.
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -298,7 +301,7 @@ class Consensus {
     return fit;
   }
 
-  static constexpr double kArithmetic = 1e5;  // in units of the rounding error
+  static constexpr double kArithmetic = 1e5;  // limit, as a multiple of the rounding error
 
   Points p_H_, p_D_;
   std::size_t n_;
@@ -313,9 +316,9 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates of find_widest
 };
 
-// Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of inliers.
-// Random triples with equal edge lengths on both sides are refitted to all agreeing pairs before counting (Chum, Matas
-// & Kittler 2003), until the probability of missing a larger set is below 1e-9.
+// Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of
+// inliers. Each random triple with equal edge lengths on both sides is refitted to all agreeing pairs before counting
+// (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -324,7 +327,7 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
-    // 95 % quantile of chi-squared after Wilson & Hilferty 1931, accurate to one percent.
+    // 95 % quantile of chi-squared (Wilson & Hilferty 1931), accurate to one percent.
     const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
     expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
                          static_cast<double>(n_) * floor * floor);
@@ -333,7 +336,8 @@ class KnownNoise {
   /// `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // Four good pairs among sixteen are missed with probability 1e-9; with few pairs all triples are tried.
+    // The probability of missing four good pairs among sixteen is 1e-9; if there are few pairs, all triples are
+    // tried.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -347,7 +351,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // A triple of pairs that agree, all good, would give the same result again.
+      // If the pairs of a triple all agree already, the triple would give the same result again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -358,7 +362,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Probability that random pairs agree so well, as in Consensus.
+    // Computes the probability that random pairs agree so well, as in Consensus.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
@@ -381,8 +385,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Sum in m² of the squared residuals, each limited to that of a pair at the limit (Torr & Zisserman 2000). With a
-  /// mere count, wrong pairs near their true positions could shift the motion.
+  /// Sum of the squared residuals, m², each limited to that of a pair at the limit (Torr & Zisserman 2000). If pairs
+  /// were only counted, wrong pairs near their true positions could shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -391,7 +395,7 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Fits again to all agreeing pairs until nothing changes. Stops if fewer than `least` agree at first.
+  // Fits again to all agreeing pairs until nothing changes. Stops if at first fewer than `least` pairs agree.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);

@@ -21,21 +21,21 @@ struct Fit {
 };
 Fit fit_to(Points p_H, Points p_D, Indices pairs);
 
-/// Noise in m per axis, from the residuals of a fit of at least four pairs.
+/// Noise per axis, m, from the residuals of a fit of at least four pairs.
 double sigma_of(const Fit& fit);
 
-/// Number of pairs within `limit` m of their position under the motion.
+/// Number of pairs that lie within `limit` (m) of their position under the motion.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
-/// m, rounding error of the points' coordinates in double precision.
+/// Rounding error of the points' coordinates in double precision, m.
 double rounding_of(Points p_H, Points p_D);
 
-/// The largest set of agreeing pairs, and the expected number of equally good sets by chance.
+/// The largest set of agreeing pairs, and the expected number of equally good sets that arise by chance.
 struct Agreement {
   Fit fit;
   double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the number of false alarms
 };
-/// If the noise is known, sets smaller than `least` are not needed.
+/// Finds the largest agreement. If the noise is known, sets smaller than `least` are not needed.
 Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

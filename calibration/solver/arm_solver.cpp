@@ -75,7 +75,7 @@ struct Joints {
 
   Joints(const ArmGeometry& g, const ArmReading& reading) {
     for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
-    // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+    // Rotation of the stylus: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
     const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     const dquat turn = about(z, q[0]);
     tilt_axis = turn * y;
@@ -87,7 +87,8 @@ struct Joints {
 };
 
 dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
-  // WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz.
+  // Kinematics of WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC
+  // - oz.
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
   return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
          g.origin;
@@ -197,12 +198,14 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the arm's parameters alone. For each candidate arm the best sockets and plates are computed
-  // (variable projection), so the Jacobian is projected onto the complement of their columns. A prior at the nominal
-  // geometry, with the plausible errors as standard deviations, keeps undetermined parameters at their nominal values.
+  // Gauss–Newton for the arm's parameters alone. For each candidate arm, the best sockets and plates are computed
+  // (variable projection); so the Jacobian is projected onto the complement of the columns of sockets and plates. A
+  // prior keeps undetermined parameters at their nominal values; its mean is the nominal geometry, its standard
+  // deviations are the plausible errors.
   MatrixXd open_axes;
-  MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // of the parameters divided by their scales
-  double sigma = 2e-4;  // m; replaced by an estimate from the residuals after the first pass
+  // covariance of the parameters, each divided by its scale
+  MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
+  double sigma = 2e-4;  // m, noise; after the first pass an estimate from the residuals replaces this value
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);
     std::size_t rows = 0;
@@ -256,12 +259,12 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // A lower limit for the noise: exact data must not determine directions that only rounding affects.
+    // Sets a lower limit of the noise, because exact data must not determine directions that only rounding affects.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // Converged: exclude outliers and continue from here.
+      // The iteration has converged: excludes outliers and continues from here.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
@@ -296,7 +299,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Name the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
+  // Names the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

@@ -20,8 +20,8 @@ namespace typodont::calibration {
 namespace {
 
 // Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle,
-// width, height), mirror (unit normal), its offset, touched points. Derivatives are analytic, because automatic ones
-// with 23 variables took ten times as long.
+// width, height), mirror (unit normal), its offset, touched points. The derivatives are analytic, because automatic
+// derivatives with 23 variables took ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -44,7 +44,7 @@ struct Turn {
   explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
     ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // column-major, as in Eigen
   }
-  /// d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
+  /// Derivative d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
   Matrix3d derivative(const Vector3d& p) const {
     const double w2 = w_.squaredNorm();
     if (w2 < 1e-16) return -cross_matrix(p);
@@ -56,7 +56,7 @@ struct Turn {
   Vector3d w_;
 };
 
-// Projects p_W into the picture; optionally with derivatives by lens, camera and point.
+// Projects p_W into the picture; optionally computes the derivatives with respect to lens, camera and point.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -101,7 +101,8 @@ struct PanelSpot {
   }
 };
 
-// Base of all sightings: lens and camera are the first blocks, and residuals are in units of the pixel's sigma.
+// Base class of all sightings: lens and camera are the first parameter blocks, and residuals are in units of the
+// pixel's sigma.
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -180,7 +181,7 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
 
 using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in pixels
 
-// Direct linear transform with normalised coordinates on both sides.
+// Computes a homography by the direct linear transform, with normalised coordinates on both sides.
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
@@ -209,7 +210,7 @@ Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
   Eigen::Matrix3d B = K.inverse() * H;
   double scale = 2 / (B.col(0).norm() + B.col(1).norm());
-  if (B(2, 2) < 0) scale = -scale;  // choose the solution in front of the camera
+  if (B(2, 2) < 0) scale = -scale;  // selects the solution in front of the camera
   B *= scale;
   Eigen::Matrix3d R;
   R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));
@@ -232,8 +233,8 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Covariance of the last `wanted` unknowns of `order` (tangent coordinates for manifolds). False if the residuals do
-// not determine everything.
+// Covariance of the last `wanted` unknowns of `order` (tangent coordinates for manifolds). Returns false if the
+// residuals do not determine all unknowns.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -253,7 +254,7 @@ bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& ord
   if (!(A.diagonal().minCoeff() > 0)) return false;
   const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
   A = scale.asDiagonal() * A * scale.asDiagonal();
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(A);  // in place
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(A);  // factorises in place
   if (factor.info() != Eigen::Success || !(A.diagonal().minCoeff() > 1e-7)) return false;
   const Eigen::MatrixXd last = A.bottomRightCorner(wanted, wanted).triangularView<Eigen::Lower>();
   const Eigen::MatrixXd inverse = last.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(wanted, wanted));
@@ -299,7 +300,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Plane of the touched points, if they lie in one; it gives the first camera poses.
+  // Fits the plane of the touched points, if they lie in one; it gives the first camera poses.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -338,8 +339,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // Focal length from all homographies. With the principal point in the middle and square pixels, h1ᵀ ω h2 = 0 and h1ᵀ
-  // ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f².
+  // Computes the focal length from all homographies. If the principal point is in the middle and pixels are square,
+  // the equations h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f².
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;
   for (const auto& [id, seen] : pictures) {
@@ -358,7 +359,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
   if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
 
-  // Initial poses: cameras from the touched board, the panel from these cameras, further cameras from the panel.
+  // Finds initial poses in this order: cameras from the touched board, the panel from these cameras, the remaining
+  // cameras from the panel.
   std::map<int, Pose> X_KW;
   std::optional<Pose> X_WP;
   for (const auto& [id, seen] : pictures) {
@@ -383,7 +385,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
     // The panel and its reflection are both planes in front of the camera; the mirror lies half-way between
-    // corresponding corners.
+    // corresponding corners of these planes.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -434,16 +436,18 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The initial guess is accurate enough for full steps; a smaller trust region took twice as many iterations.
+  // The initial guess is accurate enough for full steps; with a smaller trust region, twice as many iterations were
+  // needed.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-8;  // tolerance in chi-squared: a hundredth of the smallest sigma
+  solver.function_tolerance = 1e-8;  // relative tolerance of chi-squared: a hundredth of the smallest sigma
   ceres::Solve(solver, &problem, &summary);
 
-  // Uncertainty of the requested unknowns: they come last in the normal equations, so that only the last block of the
-  // Cholesky factor is needed. (Ceres' own covariance, by QR of everything, took as long as the solution.)
+  // The requested unknowns, whose uncertainty is computed, come last in the normal equations, so that only the last
+  // block of the Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the
+  // solution.)
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());
@@ -469,7 +473,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
   result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
   if (mirror) {
-    // The two tangent directions of the normal, as vectors in space.
+    // The two tangent directions of the mirror's normal, as vectors in space.
     RowMajor<3, 2> tangent;
     ceres::SphereManifold<3>().PlusJacobian(normal, tangent.data());
     const Matrix3d N = tangent * C.block<2, 2>(17, 17) * tangent.transpose();
@@ -547,7 +551,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       height,
       std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
       {}};
-  // Whole pixels per cell, and a white border of one cell.
+  // A cell has a whole number of pixels; the white border is one cell wide.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
   if (cell < 4)
     throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
@@ -555,7 +559,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1), between the first four inner corners, is dark.
+      // Cell (1, 1), which lies between the first four inner corners, is dark.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

@@ -1,6 +1,6 @@
 // The sparser stream is interpolated at the times of the denser one. Least squares would bias the delay towards half
-// samples, where interpolated noise is smallest. An instrumental variable without that noise (the slope of the denser
-// stream without its central sample) avoids the bias and reaches the bound σ² / Σ ṡ².
+// samples, where interpolated noise is smallest. To avoid this bias, an instrumental variable without that noise is
+// used: the slope of the denser stream without its central sample. The estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ double median(std::vector<double> values) {
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // for each sample the begin and end of its segment
+  std::vector<std::size_t> begin, end;  // for each sample: begin and end of its segment
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
 };
@@ -52,7 +52,8 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // A frozen sensor repeats all bits of a value. A coarse encoder also does, but then most of the time.
+  // A frozen sensor repeats all bits of a value. A coarse encoder also repeats values, but it does so most of the
+  // time.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -87,7 +88,7 @@ struct Interpolated {
   double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
 };
 
-// Lagrange polynomial through the six samples around u; nothing across a gap.
+// Interpolates by the Lagrange polynomial through the six samples around u; returns nothing across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -128,7 +129,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// Slope of the stream at sample k from ±m samples without sample k itself.
+// Slope of the stream at sample k, computed from ±m samples without sample k itself.
 bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return false;
   double mean_t = 0;
@@ -150,7 +151,8 @@ bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   return true;
 }
 
-// Sensor noise per axis: fourth differences of smooth motion vanish; those of white noise have the variance 70 σ².
+// Sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise have the
+// variance 70 σ².
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -163,8 +165,8 @@ double noise_of(const Track& track) {
 }
 
 struct Shift {
-  double u = 0;     // s; query(t) = sparse(t - u - rate (t - middle))
-  double rate = 0;  // s/s
+  double u = 0;     // s, shift; query(t) = sparse(t - u - rate (t - middle))
+  double rate = 0;  // s/s, difference of the clocks' rates
 };
 
 class Matcher {
@@ -221,14 +223,14 @@ class Matcher {
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Choose the span for the slope: long spans reduce noise, short spans preserve fast motion.
+    // Chooses the span for the slope: long spans reduce noise, short spans preserve fast motion.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
       double limit2 = std::numeric_limits<double>::infinity();
       double information = 0;
       for (int round = 0; round < 12; ++round) {
-        // Build the equations at the present shift.
+        // Builds the equations at the present shift.
         rows_.clear();
         std::size_t hint = 0;
         for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {
@@ -273,7 +275,7 @@ class Matcher {
         if (used < 12) break;
         const auto n = static_cast<Eigen::Index>(columns);
         const Eigen::MatrixXd A = ZG.topLeftCorner(n, n);
-        // Scale the columns before determining the rank, because seconds, metres and radians differ by orders of
+        // Scales the columns before the rank is determined, because seconds, metres and radians differ by orders of
         // magnitude.
         Eigen::VectorXd scale(n);
         for (Eigen::Index i = 0; i < n; ++i) scale[i] = ZZ(i, i) > 0 ? 1 / std::sqrt(ZZ(i, i)) : 1;
@@ -302,7 +304,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Exclude glitches beyond 7σ, with σ from the median.
+        // Excludes glitches beyond 7σ; σ comes from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -357,7 +359,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.lost_a = track_a.lost, result.lost_b = track_b.lost;
   result.frozen_a = track_a.frozen, result.frozen_b = track_b.frozen;
 
-  // The denser stream gives the query times; the sparser one is interpolated.
+  // The denser stream gives the query times, and the sparser stream is interpolated.
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
@@ -372,8 +374,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream whose variation is only its own noise contains no information. The threshold decreases with the number of
-  // samples.
+  // A stream whose variation is only its own noise contains no information. The threshold decreases as the number of
+  // samples increases.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -389,7 +391,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     return result;
   }
 
-  // Search all delays in the range, with and without a rotation between the frames.
+  // Searches all delays in the range, with and without a rotation between the frames.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
   const double step = window / half;
@@ -397,18 +399,18 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const std::size_t stride = std::max<std::size_t>(1, samples_in_horizon / 400);
   struct Curve {
     std::vector<double> values;
-    std::vector<Minimum> minima;  // best first
+    std::vector<Minimum> minima;  // minima, best first
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // Streams that already agree to within their noise need no rotation.
+    // If the streams already agree to within their noise, no rotation is needed.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
     for (int i = 0; i <= 2 * half; ++i) {
       const auto at = [&](int k) { return curve.values[static_cast<std::size_t>(std::clamp(k, 0, 2 * half))]; };
       if (!std::isfinite(at(i)) || at(i) > at(i - 1) || at(i) > at(i + 1) || at(i) > motion) continue;
-      // Golden-section search in the bracket.
+      // Golden-section search in the interval around the minimum.
       double low = (i - half - 1) * step, high = (i - half + 1) * step;
       constexpr double kGolden = 0.6180339887498949;
       double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
@@ -427,8 +429,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Interpolation scales the noise variance by 0.7 to 1, and a drifting clock blurs the minimum. This is why the margin
-  // is wide.
+  // The margin is wide, because interpolation scales the noise variance by 0.7 to 1, and a drifting clock blurs the
+  // minimum.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -442,7 +444,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Noise ripples within one minimum count as one candidate.
+    // Ripples of noise within one minimum count as one candidate.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -464,13 +466,13 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refine over longer and longer intervals, so that a drifting clock cannot lose the match.
+  // Refines over longer and longer intervals, so that a drifting clock cannot lose the match.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      if (reach > horizon) from.u += from.rate * (0.25 * reach);  // the middle of the interval has moved
+      if (reach > horizon) from.u += from.rate * (0.25 * reach);  // the middle of the longer interval has another time
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
       solution = next;
@@ -488,7 +490,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3; a larger estimate is noise of a short recording.
+    // No real clock has an error of 1e-3; a larger estimate results from the noise of a short recording.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -55,7 +55,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // Find the undetermined direction; it is the same for both eyes if all alignments have the same depth.
+    // Finds the undetermined direction; it is the same for both eyes if all alignments have the same depth.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +

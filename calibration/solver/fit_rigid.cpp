@@ -1,4 +1,4 @@
-// The closed-form rigid fit. In its own file because it is the only part of the registration that must be fast.
+// The closed-form rigid fit. It has its own file because it is the only part of the registration that must be fast.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Eigenvector of the largest eigenvalue of a symmetric 4×4 matrix by cyclic Jacobi rotations, for the rare cases in
+// Eigenvector for the largest eigenvalue of a symmetric 4×4 matrix, by cyclic Jacobi rotations. For the rare cases in
 // which Newton's method has a double root.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
@@ -50,7 +50,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   const std::size_t n = std::min(p_H.size(), p_D.size());
   if (n == 0) return {};
 
-  // Centroids and cross-covariance, scaled to 1, so that coordinates of 1e-6 and 1e6 behave alike.
+  // Computes centroids and cross-covariance, scaled to 1, so that coordinates of 1e-6 and 1e6 behave alike.
   dvec3 c_H(0), c_D(0);
   for (std::size_t i = 0; i < n; ++i) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(n), c_D /= static_cast<double>(n);
@@ -65,7 +65,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   }
   if (!(spread > 0)) return {c_D - c_H, dquat(1, 0, 0, 0)};
   for (auto& row : m) {
-    for (double& x : row) x *= 2 / spread;  // now the largest eigenvalue of K is at most 1
+    for (double& x : row) x *= 2 / spread;  // after this scaling, the largest eigenvalue of K is at most 1
   }
 
   // Horn 1987: the unit quaternion is the eigenvector of K for its largest eigenvalue.
@@ -75,7 +75,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
                     {zy - yz, xx - yy - zz, xy + yx, xz + zx},
                     {xz - zx, xy + yx, yy - xx - zz, yz + zy},
                     {yx - xy, xz + zx, yz + zy, zz - xx - yy}};
-  // Theobald 2005: Newton's method on the characteristic polynomial λ⁴ + c2 λ² + c1 λ + c0, from above.
+  // Theobald 2005: Newton's method on the characteristic polynomial λ⁴ + c2 λ² + c1 λ + c0, started above the largest
+  // root.
   double c2 = 0;
   for (const auto& row : m) {
     for (const double x : row) c2 -= 2 * x * x;
@@ -95,7 +96,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // Each row of the adjugate of K - λ is the eigenvector; the largest diagonal element selects the longest row.
+  // Each row of the adjugate of K - λ is a multiple of the eigenvector; the largest diagonal element selects the
+  // longest row.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];
@@ -124,8 +126,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // Two Newton steps on the rotation reach full precision, which the polynomial cannot. They maximise tr(exp(-[δ]) B),
-  // B = M Rᵀ, with the stationary point (tr B - sym B) δ = axial(B).
+  // Two Newton steps on the rotation give full precision, which the polynomial cannot give. They maximise
+  // tr(exp(-[δ]) B), B = M Rᵀ, with the stationary point (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];

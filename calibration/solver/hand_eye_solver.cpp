@@ -28,17 +28,18 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Indices = std::vector<std::size_t>;
 
-// m; converts a rotation error to the displacement at this distance, about the length of a stylus
+// m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m; smaller residuals are rounding errors
-// number of random samples; with half of the rows good, all samples are bad with probability 1e-23
+constexpr double kFloor = 1e-13;  // rad and m, lower limit of residuals; smaller residuals are rounding errors
+// Number of random samples. If half of the rows are good, the probability that all samples are bad is 1e-23
 constexpr std::size_t kTriples = 400;
-constexpr std::size_t kRefined = 10;            // number of samples that are refined by concentration steps
-constexpr std::size_t kLeastToReject = 8;       // rows needed to reject any row
-constexpr std::size_t kLeastForFullNoise = 20;  // rows needed to estimate the 6×6 covariance of the noise
+constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
+constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which any row may be rejected
+// smallest number of rows for which the 6×6 covariance of the noise is estimated
+constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-constexpr double kTurnOverNoise = 4;  // smallest ratio of a rotation to the rotation noise
+constexpr double kTurnOverNoise = 4;  // lower limit of the ratio of a rotation to the rotation noise
 
 Matrix3d eigen(const dquat& q) {
   return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
@@ -72,8 +73,8 @@ struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise of
-/// arm and tracker has the same covariance for all rows, including the lever from S to M.
+/// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise
+/// of arm and tracker has the same covariance for all rows; this includes the effect of the lever from S to M.
 struct Row {
   Pose A, B;
   Unknowns at;  // linearisation point of the steps `x` and `z`
@@ -160,8 +161,9 @@ class Solver {
     return r;
   }
 
-  // Least squares without noise model. Rotation (Shah 2013): the R_X and R_Z that maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) are,
-  // without the rotation constraint, the first singular vectors of Σ R_B ⊗ R_A; for motions its first eigenvector.
+  // Least squares without noise model. Rotation (Shah 2013): R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ). Without
+  // the constraint that they are rotations, they are the first singular vectors of Σ R_B ⊗ R_A; for motions, its
+  // first eigenvector.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -185,7 +187,7 @@ class Solver {
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
     }
-    // Translation: R_A t_X - t_Z = R_Z t_B - t_A, linear.
+    // The translation follows from the linear equation R_A t_X - t_Z = R_Z t_B - t_A.
     const Eigen::Index unknowns = options_.motions ? 3 : 6;
     Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(rows.size()), unknowns);
     Eigen::VectorXd d(J.rows());
@@ -227,9 +229,9 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: the half of the rows that agree best. Starts from random triples of rows (for motions, pairs
-  // would suffice, but a third row costs little); the best ones are refined by concentration steps until they do not
-  // change.
+  // Least trimmed squares: the half of the rows that agree best. The search starts from random triples of rows (for
+  // motions, pairs would suffice, but a third row costs little). Concentration steps refine the best triples until
+  // they do not change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -252,7 +254,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Scale for the largest distance of the half, as expected if all rows are good.
+    // Expected largest distance in the half if all rows are good; used as scale.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -281,8 +283,8 @@ class Solver {
     return rows;
   }
 
-  /// Covariance of the noise from the residuals: for few rows one variance each for rotation and translation; for many
-  /// rows all 21 elements, including the lever between S and M.
+  /// Covariance of the noise from the residuals. For few rows: one variance for rotation and one for translation. For
+  /// many rows: all 21 elements, including the lever between S and M.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -336,7 +338,7 @@ class Solver {
     }
   }
 
-  // (Jᵀ J)⁻¹ of the whitened rows at the solution.
+  // Covariance (Jᵀ J)⁻¹ of the whitened rows at the solution.
   void covariance_of(const Unknowns& at, const Indices& rows, const Matrix6& whitening) {
     using Jet = ceres::Jet<double, 12>;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(parameters_, parameters_);
@@ -349,18 +351,18 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // The inverse of an estimated covariance is too large on average by the factor ν / (ν - 7) (inverted Wishart, 6
+    // On average, the inverse of an estimated covariance is too large by the factor ν / (ν - 7) (inverted Wishart, 6
     // dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Scale to the diagonal, because rotations and translations have different units.
+    // Scales to the diagonal, because rotations and translations have different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
                   scale.asDiagonal();
   }
 
-  // Rotation range of the arm, from the second moment of the rotation vectors between its poses, in S.
+  // Range of the arm's rotation, from the second moment of the rotation vectors between its poses, in S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -372,7 +374,7 @@ class Solver {
     if (options_.motions) {
       for (const std::size_t i : rows) add(A_[i].R);
     } else {
-      const std::size_t step = 1 + rows.size() / 200;  // use only some of many rows
+      const std::size_t step = 1 + rows.size() / 200;  // if there are many rows, only some of them are used
       for (std::size_t i = 0; i < rows.size(); i += step) {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
@@ -420,7 +422,7 @@ class Solver {
     std::copy(z.data(), z.data() + 36, result_.Z_covariance.begin());
   }
 
-  // Find reasons that forbid the use of the result.
+  // Finds reasons that forbid the use of the result.
   void judge() {
     if (2 * result_.inliers.size() <= n_) {
       result_.not_determined =
@@ -428,7 +430,8 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The most frequent mistake is an inverted tracker pose: tracker in marker instead of marker in tracker.
+      // The most frequent mistake is an inverted tracker pose: tracker in marker instead of marker in tracker. So the
+      // inverted poses are also tried.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

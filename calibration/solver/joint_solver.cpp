@@ -35,14 +35,14 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its angular velocity in the
-/// outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+/// Derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its angular
+/// velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// closest_point() and its derivatives by left eye, left dot, right eye, right dot.
+/// closest_point(), and its derivatives with respect to left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;
@@ -62,8 +62,8 @@ dvec3 triple(const VectorXd& x, Eigen::Index at) {
   return {x[at], x[at + 1], x[at + 2]};
 }
 
-// Positions of the unknowns in the vector. All are offsets from the initial guess, so that zero is the mean of the
-// prior.
+// Positions of the unknowns in the vector. All unknowns are offsets from the initial guess, so that the mean of the
+// prior is zero.
 struct Layout {
   Eigen::Index arm = 0, panel = 18, mirror = 26, eyes = 29, offset = 35, places = 38, size = 38;
 };
@@ -168,7 +168,7 @@ class Model {
     return list;
   }
 
-  /// Residual of a block and its derivatives by the block's unknowns, in their order.
+  /// Residual of a block, and its derivatives with respect to the block's unknowns, in their order.
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -244,8 +244,8 @@ class Model {
       const auto unit = [](const dvec3& v, double length) -> Matrix3d {
         return (Matrix3d::Identity() - eigen(v) * eigen(v).transpose()) / length;
       };
-      // A change of the sight direction rotates the two perpendicular directions; a change of the eye also changes the
-      // vector to the tip.
+      // A change of the sight direction rotates the two directions perpendicular to it; a change of the eye also
+      // changes the vector to the tip.
       const Matrix3d by_sight = unit(across, glm::length(normal)) * -cross_matrix(fixed);
       Eigen::Matrix<double, 2, 3> by_e, turned;
       by_e << eigen(across).transpose(), eigen(other).transpose();
@@ -279,7 +279,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// Derivative of the mirror's normal by its two tilts.
+  /// Derivative of the mirror's normal with respect to its two tilts.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);
@@ -362,15 +362,15 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       if (counts[k] > 0 && round == 0) result.kinds[k].before_rms = std::sqrt(squares[k] / counts[k]);
       if (counts[k] > 0) result.kinds[k].after_rms = std::sqrt(squares[k] / counts[k]);
     }
-    // The prior (mean zero, plausible errors as standard deviations) keeps undetermined parameters at their initial
-    // values.
+    // The prior keeps undetermined parameters at their initial values; its mean is zero, its standard deviations are
+    // the plausible errors.
     const Eigen::MatrixXd information = JJ + Eigen::MatrixXd::Identity(n, n);
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     const VectorXd step = -ldlt.solve(Jr + x.cwiseQuotient(scale));
     x += scale.cwiseProduct(step);
     covariance = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
 
-    // Each kind of touch has its own noise, estimated by the median, which is insensitive to outliers.
+    // Each kind of touch has its own noise, estimated from the median, which is insensitive to outliers.
     if (round < 2 || step.norm() > 1e-3) continue;
     bool changed = false;
     for (std::size_t k = 0; k < kKinds; ++k) {
@@ -378,7 +378,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Decrease gradually, so that a touch that has not yet converged is not taken for an outlier.
+      // Decreases gradually, so that a touch that has not yet converged does not count as an outlier.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

@@ -1,5 +1,5 @@
-// Gauss–Newton for the small problems of this module: numeric Jacobian, scaled columns, outlier rejection, covariance,
-// and undetermined directions. Only for its .cpp files.
+// Gauss–Newton for the small problems of this module: numeric Jacobian, scaled columns, outlier rejection,
+// covariance, and undetermined directions. Only for the .cpp files of this module.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,11 +16,11 @@ struct LeastSquares {
   int degrees_of_freedom = 0;
   std::vector<bool> used;
   std::vector<double> residuals;  // norm of each block's residual
-  Eigen::MatrixXd open_axes;      // columns: combinations of x / scale that the data do not determine
+  Eigen::MatrixXd open_axes;      // each column is a combination of x / scale that the data do not determine
 };
 
-/// `residual(x, block, r)` fills `size` numbers. `scale` contains the plausible error of each unknown. A direction is
-/// determined if its standard deviation is below a third of this error.
+/// Minimises the residuals. `residual(x, block, r)` fills `size` numbers. `scale` contains the plausible error of
+/// each unknown. A direction is determined if its standard deviation is below a third of this error.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {
@@ -64,7 +64,7 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     const double previous = sigma;
     if (result.degrees_of_freedom > 0) sigma = std::max(1e-13, std::sqrt(squares / result.degrees_of_freedom));
     if (round > 2 && step.norm() < 1e-8 && std::abs(sigma - previous) <= 1e-5 * sigma + 1e-13) {
-      // Converged: exclude outliers by the median and continue from here.
+      // The iteration has converged: excludes outliers by the median and continues from here.
       std::vector<double> sorted = result.residuals;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double per_axis = sorted[sorted.size() / 2] / (size == 1 ? 0.6745 : size == 2 ? 1.1774 : 1.5382);

@@ -12,8 +12,8 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // smallest number of pairs for a motion
-constexpr std::size_t kSearched = 64;  // if there are more pairs, this many are searched first
+constexpr std::size_t kLeast = 3;      // smallest number of pairs that determine a motion
+constexpr std::size_t kSearched = 64;  // limit of the number of pairs that are searched first, if there are more pairs
 
 // Two motions, and the assignment of the pairs to them.
 struct Halves {
@@ -37,8 +37,8 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Assigns each pair to the nearer motion and fits both again until nothing changes. False if a motion has too few
-  /// pairs left.
+  /// Assigns each pair to the nearer motion and fits both motions again, until nothing changes. Returns false if a
+  /// motion has too few pairs left.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {
@@ -82,7 +82,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
-  // One motion for all pairs, and the scatter of its residuals.
+  // Fits one motion to all pairs, and computes the scatter of its residuals.
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
@@ -100,7 +100,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const std::size_t n = looked_at.size();
 
   Halves best;
-  // Start with one motion; the other is fitted to the half with the largest residuals.
+  // Starts with one motion; the other motion is fitted to the half with the largest residuals.
   std::vector<std::pair<double, std::size_t>> order(n);
   const auto start_from = [&](const Pose& first) {
     for (std::size_t k = 0; k < n; ++k) order[k] = {splitter.residual2(first, looked_at[k]), looked_at[k]};
@@ -119,8 +119,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs of one motion determine it. At least one triple in four consists of one motion. Try all triples of few
-  // pairs, but 48 triples of many.
+  // Three pairs of one motion determine this motion. At least one triple in four consists of pairs of one motion. If
+  // there are few pairs, all triples are tried; otherwise 48 triples.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -133,7 +133,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   } else {
     std::uint64_t state = 1;
     const auto draw = [&] {
-      std::uint64_t z = (state += 0x9E3779B97F4A7C15u);  // SplitMix64
+      std::uint64_t z = (state += 0x9E3779B97F4A7C15u);  // SplitMix64 random numbers
       z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
       z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
       return static_cast<std::size_t>((z >> 32) * n >> 32);
@@ -145,9 +145,9 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Compare the improvement by two motions with chance. For a single normal distribution the ratio of the residual sums
-  // is Beta((3m-12)/2, 3) for a given split; with known noise the difference is chi-squared with 6 degrees of freedom.
-  // Multiply by the number of splits.
+  // Compares the improvement by two motions with chance. For a single normal distribution and a given split, the
+  // ratio of the residual sums is Beta((3m-12)/2, 3); with known noise, the difference is chi-squared with 6 degrees
+  // of freedom. The probability is multiplied by the number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);

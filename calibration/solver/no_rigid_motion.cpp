@@ -42,7 +42,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    step = std::max<std::size_t>(1, n / 64);  // a sample of two thousand pairs of points is sufficient
+                    // for many points, a sample of two thousand pairs of points is sufficient
+      step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
     for (std::size_t j = i + step; j < n; j += step) {
@@ -69,8 +70,8 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
   const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // A flat set is its own mirror image, so that both fit equally. For other sets, the correct one fits more tightly and
-  // with more pairs.
+  // A flat set is its own mirror image, so both fits are equal. For other sets, the correct fit is tighter and has
+  // more pairs.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);

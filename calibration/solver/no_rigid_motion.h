@@ -12,15 +12,16 @@ namespace typodont::calibration {
 /// equally).
 bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// mirrored() in the presence of outliers: true if more pairs agree, or agree more closely, after D is reflected.
+/// Same test as mirrored(), in the presence of outliers: true if, after D is reflected, more pairs agree, or agree
+/// more closely.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
 /// Ratio of lengths in D to lengths in H, if a rigid fit with a scale explains the pairs far better and the scale
 /// differs by 2 % or more.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// other_scale() in the presence of outliers: the median over pairs of points tolerates that up to half of them are
-/// wrong.
+/// Same as other_scale(), in the presence of outliers: the median over pairs of points tolerates that up to half of
+/// them are wrong.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

@@ -24,8 +24,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSplitChance = 1e-3;  // probability of a split by chance above which the split is rejected
-// Limit of the noise with the added pairs over the noise without them; wrong pairs exceed it.
+// upper limit of the probability that a split arises by chance; with a larger probability the split is rejected
+constexpr double kSplitChance = 1e-3;
+// Upper limit of the ratio of the noise with the added pairs to the noise without them; wrong pairs exceed this
+// limit.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // condition number beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -58,7 +60,8 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Eigenvalues far below the largest one are lost in rounding; measuring across the axes keeps them.
+  // Eigenvalues far below the largest one are lost in rounding, so they are computed again from the extent across the
+  // main axis.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -68,7 +71,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Second moment in m² of a uniformly filled box about the centroid.
+/// Second moment, m², of a uniformly filled box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -112,14 +115,14 @@ class Registration {
     return rest;
   }
 
-  // Largest residual of a good pair.
+  // Limit of the residual of a good pair.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
                                                         : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
   }
 
-  // Find the agreeing pairs.
+  // Finds the agreeing pairs.
   void agree() {
     fit_ = fit_to(p_H_, p_D_, everyone_);
     exact_ = fit_.sse <= static_cast<double>(n_) * rounding_ * rounding_;
@@ -129,7 +132,7 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds all pairs within `limit` m under the motion of `fit` and fits again until nothing changes.
+  // Adds all pairs within `limit` (m) of the motion of `fit`, and fits again, until nothing changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -142,15 +145,15 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival if many pairs would follow it (those that
-  // follow both count, too), or if it is so near that some pairs may be assigned wrongly; otherwise its pairs are
-  // outliers.
+  // Assigns every pair to the nearer motion. The second motion is a rival if many pairs would follow it (pairs that
+  // follow both motions count, too), or if it is so near that some pairs may be assigned wrongly. Otherwise its pairs
+  // are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Good pairs that happen to be nearer to the second motion still belong to the first, unless wrong pairs would be
-    // included with them, which would increase the noise.
+    // Good pairs that happen to be nearer to the second motion still belong to the first motion, unless wrong pairs
+    // would be included with them; this would increase the noise.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -171,7 +174,7 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs also cause a split without a second motion; when they are excluded, no split remains.
+      // A few wrong pairs also cause a split without a second motion. If these pairs are excluded, no split remains.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -184,16 +187,16 @@ class Registration {
     }
   }
 
-  // Find other motions on which pairs agree.
+  // Finds other motions with which pairs agree.
   void find_rivals() {
     Indices rest = outliers();
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // with known noise, four agreeing pairs are significant
+      // if the noise is known, four agreeing pairs are significant
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // A loose agreement means wrong touches near their true positions, not a second motion.
+      // A loose agreement is the effect of wrong touches near their true positions, not of a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -226,7 +229,7 @@ class Registration {
     }
   }
 
-  // Estimate the noise from the residuals.
+  // Estimates the noise from the residuals.
   void estimate_noise() {
     const auto k = static_cast<double>(fit_.pairs.size());
     for (const std::size_t i : fit_.pairs) result_.centroid_H += p_H_[i] / k;
@@ -241,8 +244,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom the residuals can be small by chance; use the largest noise that they do not exclude
-    // (95 %).
+    // With few degrees of freedom, the residuals can be small by chance. So the largest noise that they do not
+    // exclude (95 %) is used.
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -251,7 +254,7 @@ class Registration {
     }
   }
 
-  // Find what the points do not determine.
+  // Finds the part of the motion that the points do not determine.
   void find_degeneracy() {
     const dvec3 line = vec(scatter_.axes.col(2));
     Degeneracy& degeneracy = result_.degeneracy;
@@ -288,7 +291,7 @@ class Registration {
     }
   }
 
-  // Test whether the motion is not rigid at all: a mirror image, or other units.
+  // Tests whether the data contradict every rigid motion: a mirror image, or other units.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -320,7 +323,7 @@ class Registration {
     }
   }
 
-  // Covariance: Cramér–Rao, σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the centroid, transformed to the
+  // Covariance (Cramér–Rao): σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the centroid, transformed to the
   // origin.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
@@ -337,7 +340,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // t = c_D - R c_H, and R -> exp([θ]) R changes t by [R c_H] θ.
+    // Because t = c_D - R c_H, the change R -> exp([θ]) R changes t by [R c_H] θ.
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;
@@ -348,8 +351,8 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), with S the second moment of the box about the
-    // centroid.
+    // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), where S is the second moment of the box
+    // about the centroid.
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];
@@ -425,7 +428,8 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared TRE with σ = 1. A small ridge allows comparing the first touches, which determine no rotation.
+    // Mean squared TRE for σ = 1. A small ridge makes the first touches comparable, although they determine no
+    // rotation.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

@@ -18,8 +18,8 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// The X_WH that places touches where the panel's marks are. Registration changes X_WH so that a point is felt where it
-// is seen, including this user's offset; the true position of the tip follows from the marks touched on the panel.
+// The X_WH that places touches at the panel's marks. (Registration changes X_WH so that a point is felt where it is
+// seen, which includes this user's offset; the true position of the tip follows from the marks touched on the panel.)
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)
@@ -66,7 +66,7 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
   bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
-  // The apparent positions of the touched points follow from the eyes just found.
+  // The apparent positions of the touched points follow from the eyes that were just found.
   const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {

@@ -49,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// Upper tail 1 - I_x(a, b), accurate also if it is tiny.
+// Upper tail 1 - I_x(a, b); accurate even if it is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;

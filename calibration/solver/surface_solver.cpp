@@ -21,12 +21,13 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-constexpr double kFaces = 0.5;         // cosine of the largest angle between the normals of both surfaces
-constexpr double kTukey = 4.685;       // Tukey's constant: 95 % efficiency for normal errors
-constexpr double kPerMedian = 1.4826;  // standard deviation per median of |residual|, for normal errors
-constexpr double kShrink = 0.8;        // factor by which the robust limit decreases per round
-constexpr double kStill = 1e-7;        // m, step below which the pose has converged
-constexpr double kOffsetRidge = 1e-3;  // keeps the offset determined where no two walls face each other
+constexpr double kFaces = 0.5;    // lower limit of the cosine between the normals of the two surfaces
+constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
+// ratio of the standard deviation to the median of |residual|, for normal errors
+constexpr double kPerMedian = 1.4826;
+constexpr double kShrink = 0.8;        // factor by which the robust limit decreases in each round
+constexpr double kStill = 1e-7;        // m, convergence tolerance: a shorter step ends the iteration
+constexpr double kOffsetRidge = 1e-3;  // ridge that keeps the offset determined where no two walls face each other
 
 Eigen::Vector3d eigen(const dvec3& v) {
   return {v.x, v.y, v.z};
@@ -47,7 +48,7 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// A point near D.
+/// A point of S that lies near D.
 struct Residual {
   std::size_t point;
   double distance;  // m, signed
@@ -89,7 +90,7 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points near D and their residuals.
+  /// Finds the points near D, and their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -103,7 +104,7 @@ class SurfaceFit {
     }
   }
 
-  /// The robust limit that follows from the median residual of the points within the present limit.
+  /// The robust limit, computed from the median residual of the points within the present limit.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -120,7 +121,7 @@ class SurfaceFit {
   }
   Vector7 row(const Residual& r) const {
     Vector7 J;
-    // Rotations act about the centroid and are scaled by the radius, so that all unknowns are lengths.
+    // Rotations act about the centroid and are multiplied by the radius, so that all unknowns are lengths.
     J << eigen(glm::cross(r.p_D - X_ * centroid_S_, r.n_D)) / radius_, eigen(r.n_D), -1;
     return J;
   }
@@ -170,7 +171,8 @@ class SurfaceFit {
     result_.median = quantile(agreeing, 0.5);
     result_.most_of = quantile(agreeing, 0.95);
 
-    // Sandwich: the scores of all points in a cell are summed first, so that correlated residuals count once.
+    // "Sandwich" estimator: the scores of all points in a cell are summed first, so that correlated residuals count
+    // once.
     std::map<std::tuple<int, int, int>, Vector7> cells;
     for (const Residual& r : residuals_) {
       const dvec3 cell = glm::floor(points_[r.point].p_S / options_.correlation);
@@ -191,7 +193,8 @@ class SurfaceFit {
     const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
-    // From the centroid to the origin of D: t = centre + x - R c, so a rotation θ changes t by −θ × centre.
+    // Transforms from the centroid to the origin of D: t = centre + x - R c, so a rotation θ changes t by −θ ×
+    // centre.
     Eigen::Matrix<double, 6, 6> to_origin = Eigen::Matrix<double, 6, 6>::Identity();
     to_origin.topLeftCorner<3, 3>() /= radius_;
     to_origin.bottomLeftCorner<3, 3>() = cross_matrix(X_ * centroid_S_) / radius_;
@@ -232,7 +235,8 @@ class SurfaceFit {
     }
   }
 
-  static constexpr double kMostMove = 3e-3;  // m, from the start; neighbouring teeth are 5 mm apart and more
+  // m, limit of the distance from the start; neighbouring teeth are at least 5 mm apart
+  static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
   const SurfaceField& field_;

@@ -13,7 +13,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Basis 1, x, y, z, x², y², z², xy, xz, yz on the workspace scaled to ±1.
+// The basis 1, x, y, z, x², y², z², xy, xz, yz on the workspace scaled to ±1.
 Eigen::VectorXd basis(const dvec3& p, const Box& box, int order) {
   const dvec3 q = (p - 0.5 * (box.low + box.high)) / glm::max(0.5 * (box.high - box.low), dvec3(1e-9));
   Eigen::VectorXd b(order == 0 ? 1 : order == 1 ? 4 : 10);
@@ -48,7 +48,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
   }
   result.raw_rms = std::sqrt(result.raw_rms);
 
-  // Fit a smooth field to the errors: the field is the systematic error, the residuals are touch noise.
+  // Fits a smooth field to the errors. The field is the systematic error; the residuals are the noise of the touches.
   std::vector<bool> used(p_H.size(), true);
   Eigen::MatrixXd field, inverse;
   for (int round = 0; round < 6; ++round) {
@@ -62,8 +62,8 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // A ridge far below the information of one touch, so that a flat set of points does not extrapolate wildly across
-    // its plane.
+    // The ridge is far below the information of one touch. It keeps a flat set of points from extrapolating wildly
+    // across its plane.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;
@@ -137,7 +137,7 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
     result.worst = std::max(result.worst, moved);
     squares += moved * moved;
   }
-  // Both touches have noise: each difference has the variance 2 σ² per axis.
+  // Both touches have noise, so each difference has the variance 2 σ² per axis.
   result.sigma = std::sqrt(6.0) * touch_sigma;
   const double chance =
       2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));

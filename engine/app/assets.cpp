@@ -141,7 +141,7 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // Refuse "../../x" and links that lead out of the folder.
+    // Refuses "../../x" and links that lead out of the folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

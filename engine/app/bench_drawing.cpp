@@ -23,7 +23,7 @@ using display::BenchSpec;
 
 constexpr double kPoint = 72 / 25.4;                             // points per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // A4, landscape
-constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points
+constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
 
 struct Colour {
   double r, g, b;
@@ -85,8 +85,8 @@ class Page {
     cairo_text_extents(get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// `align`: 0: the text begins at `at`; 0.5: it is centred; 1: it ends at `at`. Draws a white background so that
-  /// lines do not cross the text.
+  /// Draws text on a white background, so that lines do not cross it. `align`: 0: the text begins at `at`; 0.5: it is
+  /// centred; 1: it ends at `at`.
   void text(At at, const std::string& text, double size = kText, double align = 0, bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
@@ -192,7 +192,7 @@ class Drawing {
   }
 
  private:
-  // Choose a common scale for both views, from a list of usual scales.
+  // Chooses a common scale for both views, from a list of usual scales.
   void choose_scale() {
     std::vector<dvec3> points{plan_.rig.head.eye_center, dvec3(0, 0, -0.5 * spec_.arm_box.z), 0.5 * spec_.arm_box,
                               -0.5 * spec_.arm_box};
@@ -241,8 +241,8 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Draw light rays from the panel's edges by the glass to the eyes, and dashed lines to where the light seems to
-    // come from.
+    // Draws light rays from the panel's edges by the glass to the eyes, and dashed lines to the points from which the
+    // light seems to come.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
@@ -268,7 +268,7 @@ class Drawing {
     page_.disc(view(eye), 3);
     page_.disc(view(dvec3(0)), 1.6);
 
-    // Draw the names.
+    // Draws the names.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
       page_.colour(colour);
@@ -288,7 +288,7 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Draw heights above the work at the left, and distances from it below.
+    // Draws heights above the work at the left, and distances from the work below.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);

@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// The bytes of an SVG drawing (FileKind::kDrawing) or a PDF document (FileKind::kDocument). Throws RunFailure if the
-/// drawing library fails.
+/// Draws the plan. Returns the bytes of an SVG drawing (FileKind::kDrawing) or a PDF document (FileKind::kDocument).
+/// Throws RunFailure if the drawing library fails.
 std::string draw_bench(const display::BenchSpec& spec, const display::BenchPlan& plan, FileKind kind);
 
 }  // namespace typodont

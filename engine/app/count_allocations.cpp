@@ -1,6 +1,6 @@
-// operator new for the program typodont: counts allocations. If memory runs out, it frees a reserve and throws, because
-// destructors may need memory (OpenVDB's trees do, and end the program if they get none). This file is not in the
-// library, because tests have their own operator new.
+// operator new for the program typodont: counts allocations. If memory runs out, it frees a reserve and throws. The
+// reserve exists because destructors may need memory (those of OpenVDB's trees do, and end the program if they get
+// none). This file is not in the library, because tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -16,7 +16,8 @@ namespace {
   std::free(p);
 }
 
-constexpr std::size_t kReserve = 4 << 20;  // bytes of address space; uses no memory as long as nothing is written there
+// bytes of address space; no memory is used as long as nothing is written to it
+constexpr std::size_t kReserve = 4 << 20;
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
 
 [[noreturn]] void give_up() {

@@ -35,14 +35,14 @@ namespace {
 
 constexpr double kRate = 1000;           // Hz
 constexpr double kUsualLength = 80;      // s, duration of the shipped scene's session, to estimate the remaining time
-constexpr double kDuring = 0.4;          // fraction of the strokes after which the picture "during" is taken
+constexpr double kDuring = 0.4;          // fraction of the strokes after which the picture "during" is drawn
 constexpr std::size_t kFilmQuality = 2;  // index in the quality ladder; a film has thousands of full-HD frames
 
 /// Writes the pictures of one moment: both eyes and the composed screen.
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
                     const std::string& hint, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
-  // Use the best quality here; the film uses a lower one because it has many frames.
+  // Uses the best quality here; the film uses a lower one because it has many frames.
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
   stage.draw(tick, particles, 0, hint);
@@ -142,7 +142,8 @@ void run_demo(const DemoOptions& options) {
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     progress.at(std::min(t / length, 1.0));
-    constexpr std::uint64_t kTimed = 10;  // frames timed after the first one, which includes set-up
+    // number of frames that are timed after the first frame, which includes set-up
+    constexpr std::uint64_t kTimed = 10;
     if (frames == 1) timed_from = now();
     if (frames == 1 + kTimed) {
       const double each = to_seconds(now() - timed_from) / kTimed, all = length * options.fps;

@@ -19,16 +19,16 @@ class HapticLoop {
   /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
-  /// Runs one tick of the servo, then the carver, then a new snapshot for the next tick if one is due. True if the tick
-  /// cut.
+  /// Runs one tick of the servo, then the carver, then takes a new snapshot for the next tick if one is due. Returns
+  /// true if the tick cut.
   bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Reads `hand` to the end of its samples and calls `each` after every tick.
+  /// Reads `hand` until its samples end, and calls `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
   /// For tests of a late carver: stalls the carver once per second for `seconds`.
   void stall_carver(double seconds) { stall_ = seconds; }
-  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall are applied after it.
+  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall are applied after the stall.
   void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }

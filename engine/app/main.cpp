@@ -31,7 +31,8 @@ namespace {
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
 
-/// Flushes standard output. Returns the exit status: output that could not be written, as on a full disk, is a failure.
+/// Flushes standard output. Returns the exit status. Output that could not be written, as on a full disk, is a
+/// failure.
 static int written_out() {
   errno = 0;
   std::cout.flush();
@@ -52,7 +53,8 @@ static void open_standard_streams() {
 int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
-  // A file that reaches its size limit then causes a write error, like a full disk, instead of ending a live session.
+  // With this setting, a file that reaches its size limit causes a write error, like a full disk, instead of ending a
+  // live session.
   std::signal(SIGXFSZ, SIG_IGN);
   end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();

@@ -13,8 +13,8 @@
 
 namespace typodont {
 
-/// Opens a hand whose motion is the same in every run: HAND.csv, HAND.json (also after "script:"), replay:SESSION.h5.
-/// The hand does not wait for a clock. Throws Error.
+/// Opens a hand whose motion is the same in every run: HAND.csv or HAND.json (also after "script:"), or
+/// replay:SESSION.h5. The hand does not wait for a clock. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
 /// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.
@@ -23,14 +23,14 @@ haptics::LockStep load_lock_step(const Scene& scene, const haptics::DeviceInfo& 
 /// Writes a session file (.h5). The file exists only after finish() has succeeded.
 class OfflineRecording {
  public:
-  /// The same input gives the same bytes, because no date is written. Throws Error.
+  /// Creates the recording. The same input gives the same bytes, because no date is written. Throws Error.
   OfflineRecording(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
                    const haptics::TissueVolume& tissue, const std::string& trainee = {});
   ~OfflineRecording();
   OfflineRecording(const OfflineRecording&) = delete;
   OfflineRecording& operator=(const OfflineRecording&) = delete;
 
-  /// Adds a tick, its cut, and the patch that was adopted before it. `cut` and `patch` may be null.
+  /// Adds a tick, its cut, and the patch that was adopted before the tick. `cut` and `patch` may be null.
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch);
   void add(const LoosePiece& piece);
   void add(const StrokeEdit& edit);

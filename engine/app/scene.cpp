@@ -43,13 +43,13 @@ const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr double kNewtonMillimetre = 1e-3;     // N·m
-// Allowed range of a scene's own limits. Reaming an acetabulum needs 200 N, which is 6 N·m at the rim of a 60 mm
-// reamer.
+// Allowed range of a scene's own limits. An example of a large force: reaming an acetabulum needs 200 N, which is 6
+// N·m at the rim of a 60 mm reamer.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
-/// Finds the mesh files that solids of a scene name: beside the scene's file, otherwise in the assets.
+/// Finds the mesh files that solids of a scene name: beside the scene's file, or else in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const std::string& name) { return find_file(name, place); },
           .read_mesh = haptics::read_mesh_solid};
@@ -250,7 +250,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      scene.vibration_band_set = true;  // vibration is off even if the device can render it
+      scene.vibration_band_set = true;  // a value is set, so vibration is off even if the device can render it
     }
   }
 
@@ -283,7 +283,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
     scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
   }
-  (void)session::tooth_sides(json);  // the report uses the tooth's sides; their errors are reported now
+  (void)session::tooth_sides(json);  // only the report uses the tooth's sides, but their errors are reported now
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }

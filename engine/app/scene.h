@@ -27,31 +27,31 @@ struct Scene {
   std::string text;  // content of the scene file
   std::string name;
   std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;      // servo settings without the voxel frame, which the tissue provides
+  haptics::ServoSettings servo;      // servo settings except the voxel frame, which the tissue determines
   DrawnAs drawn_as;                  // tissues that are drawn like another tissue, e.g. a hidden lesion
   std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
   std::optional<Json> tissue;        // the initial tissue: a volume or solids
   std::vector<Json> paint;           // tissue painted into the initial tissue, e.g. a lesion
   std::filesystem::path paint_file;  // file with manually painted strokes; empty: none
   std::vector<Json> prepare;         // solids that are removed from the tissue before the session begins
-  std::string resume;                // volume or session from which to continue; empty: start with untouched tissue
+  std::string resume;  // volume or session from which to continue; empty: the session starts with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
   std::optional<session::ImplantTask> implant;  // task of an exercise in implant surgery
   bool vibration_band_set = false;  // true: the scene sets the vibration band; false: the hand's device sets it
   std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
   MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
-  std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: a usual nozzle beside the tooth
+  std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-/// Reads a scene (docs/interface.md) from a file, or a shipped scene by its name. Throws Error for anything missing,
-/// unknown or out of range.
+/// Reads a scene (docs/interface.md) from a file, or a shipped scene by its name. Throws Error for anything that is
+/// missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& scene);
-/// Reads a scene from JSON; relative paths start from the folder of `file`.
+/// Reads a scene from JSON; relative paths begin at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON; the files that it names are searched in `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
@@ -71,8 +71,8 @@ haptics::TissueVolume load_untouched(const Scene& scene);
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
-/// Replaces the scene's contact model by that of the option --model; does nothing if `name` is empty. The recorded text
-/// of the scene changes, too. Throws Error that lists the available models.
+/// Replaces the scene's contact model by the model of the option --model; does nothing if `name` is empty. The
+/// recorded text of the scene also changes. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
 /// Name of the scene's contact model.
 std::string_view model_name(const Scene& scene);

@@ -7,8 +7,8 @@
 
 namespace typodont {
 
-/// The scene's text with absolute paths instead of those that are relative to its folder. Paths to shipped files stay
-/// as they are.
+/// The scene's text, in which absolute paths replace the paths that are relative to its folder. Paths to shipped
+/// files do not change.
 nlohmann::ordered_json scene_for_other_folder(const Scene& scene);
 
 /// A point in a scene's text: [x, y, z] in millimetres, rounded to micrometres. `p`: m.

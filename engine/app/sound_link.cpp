@@ -20,7 +20,7 @@ std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
   const auto own = folder / (scene.motor + ".json");
   if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
-  // rad/s; a faster handpiece sounds like an air turbine, a slower one like an electric handpiece
+  // rad/s, threshold: a faster handpiece sounds like an air turbine, a slower one like an electric handpiece
   constexpr double kTurbine = 150 * kKrpm;
   return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }

@@ -1,4 +1,4 @@
-// Converts ticks to sound: contains a scene's synthesizer and the output for its samples. Application thread.
+// Converts ticks to sound. Contains a scene's synthesizer and the output for its samples. Application thread.
 #pragma once
 
 #include <atomic>
@@ -18,24 +18,25 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// `address`: see docs/interface.md. The voice is the one in assets/sounds/ with the name of the scene's motor; for
-  /// an ideal motor the speed selects the voice. `live`: the sound stops if ticks stop. Throws Error or RunFailure.
+  /// Opens the sound. `address`: see docs/interface.md. The voice is the file in assets/sounds/ with the name of the
+  /// scene's motor; for an ideal motor the speed selects the voice. `live`: the sound stops if ticks stop. Throws
+  /// Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Servo thread (or the only thread of a deterministic run). Wait-free.
+  /// Passes a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
-  /// Application thread: call at least ten times per second once the session's clock runs. `t`: present time on that
-  /// clock; for a file, the time of the latest pushed tick. The sound begins with the first call, so that a tick at t
-  /// is heard in the sample at t. A file contains the session from its beginning.
+  /// Advances the sound to time t. Application thread; call at least ten times per second once the session's clock
+  /// runs. `t`: present time on that clock; for a file, the time of the latest pushed tick. The sound begins with the
+  /// first call, so that a tick at t is heard in the sample at t. A file contains the session from its beginning.
   void advance(Nanos t);
-  /// Ends the sound; a file is complete only after this. Throws Error if it cannot be written.
+  /// Ends the sound; a file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// Latest measured latency in s from a tick to its sound, including the latency that the device reports. NaN before
-  /// the first sound and for files. Any thread.
+  /// Latest measured latency from a tick to its sound, s; it includes the latency that the device reports. NaN before
+  /// the first sound, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
   /// Number of ticks that were lost because the device did not play for a long time. Any thread.
@@ -57,7 +58,7 @@ class SoundLink {
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;
   audio::SoundModels models_;
-  audio::TickVoice voice_;  // the ticks' voice; used only by the audio thread
+  audio::TickVoice voice_;  // the voice that plays the ticks; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
 };

@@ -15,14 +15,14 @@ namespace typodont {
 
 namespace {
 
-constexpr double kRange = 70;  // dB between the darkest and the brightest colour
+constexpr double kRange = 70;  // dB, difference between the darkest and the brightest colour
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
 constexpr double kLetters = 15;                        // pixels, text height
 constexpr int kTick = 6;                               // pixels, length of a tick
 constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels, margins: left and top, right and bottom
 
-/// Colour scale: dark violet, red, light yellow, in even steps of lightness; after "inferno" of Smith and van der Walt
-/// (2015).
+/// Colour scale: dark violet, red, light yellow, in even steps of lightness; after "inferno" of Smith and van der
+/// Walt (2015).
 glm::u8vec3 color_of(double fraction) {
   static constexpr std::array<std::array<double, 3>, 6> kStops = {
       {{8, 6, 30}, {74, 16, 108}, {148, 38, 103}, {221, 81, 58}, {251, 164, 37}, {252, 250, 170}}};
@@ -37,7 +37,7 @@ glm::u8vec3 color_of(double fraction) {
   return color;
 }
 
-/// A step of 1, 2 or 5 times a power of ten, for about `count` steps in the range.
+/// Returns a step of 1, 2 or 5 times a power of ten that gives about `count` steps in the range.
 double step_of(double range, int count) {
   const double raw = range / count, power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double m : {1.0, 2.0, 5.0})
@@ -82,7 +82,7 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     }
   }
 
-  // Draw the axes: ticks with their values.
+  // Draws the axes: ticks with their values.
   const double f_step = step_of(to, 8), t_step = step_of(made.seconds, 10);
   for (int i = 0; i * f_step <= to * (1 + 1e-9); ++i) {
     const double f = i * f_step;

@@ -16,7 +16,8 @@ struct SoundPicture {
   double seconds = 0;                   // s, duration shown by the plot's width
 };
 
-/// `to`: Hz at the plot's upper edge. Throws Error if the file is not a sound, or if `to` exceeds half its sample rate.
+/// Draws the picture. `to`: Hz at the plot's upper edge. Throws Error if the file is not a sound, or if `to` exceeds
+/// half its sample rate.
 SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm::ivec2 pixels);
 
 }  // namespace typodont

@@ -21,7 +21,7 @@
 
 namespace typodont {
 
-/// Changed bricks, meshed by the carver and uploaded by the renderer, which deletes the batch.
+/// Changed bricks. The carver meshes them; the renderer uploads them and deletes the batch.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They act on the servo's input and on its output, so the ticks contain
@@ -50,7 +50,7 @@ struct SessionSettings {
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
   bool complete = true;                   // no data was lost so far
-  bool disk_low = false, failed = false;  // disk_low: losses are imminent; failed: nothing more is recorded
+  bool disk_low = false, failed = false;  // disk_low: the disk is nearly full; failed: recording has stopped
 };
 
 /// Latest sample of a headset's controller.
@@ -67,7 +67,7 @@ enum class TissueCommand { kUndo, kRedo, kSave };
 /// A piece of an instructor's brush stroke.
 struct BrushMove {
   PaintStroke stroke;
-  bool begins = false;  // true: the stroke begins with this piece
+  bool begins = false;  // true: a new stroke begins with this piece
 };
 
 /// An undo or redo of a stroke. Its position between cuts and between patches makes a replay exact.
@@ -92,7 +92,7 @@ struct PictureTiming {
   double period = 0;  // s since the previous frame
   double record = 0;  // s, preparation and submission on the CPU
   double gpu = 0;     // s, GPU time by the GPU's clock, of the latest finished frame
-  // s, estimated time from the shown sample of the hand to the middle of the screen's next refresh
+  // s, estimated time from the hand's sample that the frame shows to the middle of the screen's next refresh
   double motion_to_photon = 0;
   double redrawn = 1;  // redrawn fraction of the picture
   int step = 0;        // level of quality, 0: best

@@ -1,5 +1,5 @@
-// Counts the work of a session by kind. Each number is incremented by the one thread that does the work, and read when
-// that thread has ended.
+// Counts the work of a session by kind. Each number is incremented only by the thread that does the work, and is read
+// after that thread has ended.
 #pragma once
 
 #include <array>
@@ -8,13 +8,14 @@
 namespace typodont {
 
 struct WorkCounts {
-  // Contact and cutting.
+  // Counts of contact and cutting.
   std::uint64_t ticks = 0, queries = 0;  // ticks of the servo; queries of the distance field
-  // Searches for tissue by the contact models that represent it as spheres, triangles or vertices (haptics/work.h).
+  // Numbers of searches for tissue by the contact models that represent tissue as spheres, triangles or vertices
+  // (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
   std::uint64_t patches = 0;     // surface patches created for the servo
   std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings
-  // Surface and picture.
+  // Counts of surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
   std::uint64_t bricks_skipped = 0;    // bricks that were culled, face away or are covered
@@ -23,7 +24,7 @@ struct WorkCounts {
   std::uint64_t desktop_requests = 0;  // requests to the desktop
   std::uint64_t samples = 0;           // samples of sound
   std::uint64_t particles_stepped = 0;
-  // Process.
+  // Counts of the process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;
   double cpu_seconds = 0, servo_cpu_seconds = 0;  // CPU time of all threads; of the servo thread
 };
@@ -36,10 +37,10 @@ struct WorkCount {
 /// All counts except the times, in order.
 std::array<WorkCount, 23> listed(const WorkCounts& counts);
 
-/// Counts of the process so far: bytes written, allocations, CPU time; and its present threads and libraries.
+/// Counts of the process so far: bytes written, allocations, CPU time; also its present threads and libraries.
 WorkCounts process_counts();
 
-/// s since the command was started, with the system's resolution of 10 ms.
+/// Time since the command was started, s, with the system's resolution of 10 ms.
 double seconds_since_command();
 
 /// Called by this program's operator new; other programs count no allocations. One relaxed addition per allocation;

@@ -51,7 +51,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kStuckDistance = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
+// m, distance between tool and hand; from this distance on, the tool counts as caught
+constexpr double kStuckDistance = 3e-3;
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
@@ -65,7 +66,7 @@ void ask_to_stop(int) {
 
 }  // namespace
 
-/// The parts of a session in the order of their set-up. Used by the drawing thread, except `session`.
+/// The parts of a session, in the order of their set-up. Used by the drawing thread, except `session`.
 struct Workbench::Impl {
   const Scene scene;
   const WorkbenchOptions options;
@@ -89,8 +90,8 @@ struct Workbench::Impl {
   Nanos began = 0;
   ServoTick tick;                                // the latest tick that was drawn
   SessionSettings settings;                      // the settings that were last sent to the servo
-  std::optional<session::HandMeter> meter;       // measures of the hand; empty if not operated
-  std::optional<DamageMeter> damage;             // measures of the damage; empty if not operated
+  std::optional<session::HandMeter> meter;       // measures of the hand; empty if the session is not operated
+  std::optional<DamageMeter> damage;             // measures of the damage; empty if the session is not operated
   std::optional<session::ImplantMeter> implant;  // phase and notes of an implant exercise
   PerTissue volumes_before{};                    // m³, volumes at the start of an operated session
   // result of an exploration after the session
@@ -121,7 +122,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Requests to the desktop so far; 0 if the picture is part of another window.
+  /// Number of requests to the desktop so far; 0 if the picture is part of another window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -137,7 +138,7 @@ struct Workbench::Impl {
 };
 
 void Workbench::Impl::set_up() {
-  // Load the files that this session needs.
+  // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
@@ -154,7 +155,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  // Check the file's name now, not only when the tissue is saved.
+  // Checks the file's name now, not only when the tissue is saved.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
@@ -174,7 +175,7 @@ void Workbench::Impl::set_up() {
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
 
-  // Open the hand (device, mouse or script). A mouse starts above the tissue.
+  // Opens the hand (device, mouse or script). A mouse starts above the tissue.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
@@ -199,7 +200,7 @@ void Workbench::Impl::set_up() {
   explain("hand: " + in_words(hand));
   explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
 
-  // Open the sound.
+  // Opens the sound.
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -294,7 +295,7 @@ void Workbench::Impl::start() {
   s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
-  set_check_handler(haptics::release_all_devices);  // a failed check also ends with zero force
+  set_check_handler(haptics::release_all_devices);  // with this handler, a failed check also ends with zero force
   on_interrupt.emplace(ask_to_stop);
   running = true;
   before = process_counts();
@@ -328,11 +329,11 @@ void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
-  // With a headset, the headset's thread reads the ticks.
+  // If a headset is used, its thread reads the ticks.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
-/// One turn of the drawing thread: a frame, or a short wait. False at the end of the session.
+/// One turn of the drawing thread: a frame, or a short wait. Returns false at the end of the session.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
@@ -364,7 +365,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // In a session of the operator's window, score_ticks() processes every tick.
+    // In a session of the operator's window, score_ticks() processes every tick instead.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -375,7 +376,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (picture->recreate_lost_device()) return true;
     failure = e.what();
     return false;
-  } catch (const std::exception& e) {  // picture or sound failed: end the session in order
+  } catch (const std::exception& e) {  // the picture or the sound failed, so the session ends properly
     failure = e.what();
     return false;
   }
@@ -398,7 +399,7 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// Distance in m between the hand and a tool that does not follow it; 0 if the tool follows.
+/// Distance between the hand and a tool that does not follow it, m; 0 if the tool follows.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
@@ -417,7 +418,7 @@ std::string Workbench::Impl::hint() const {
   if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
-    // The line has no room for both the phase and the keys; the present phase is more important.
+    // The line has too little space for both the phase and the keys. The present phase is more important.
     text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
   } else if (pointer)
     text = fmt::format(
@@ -489,7 +490,7 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// "Phase 4 of 16: …, 3.2 mm": the state of an implant exercise and its problems.
+/// State of an implant exercise and its problems: "Phase 4 of 16: …, 3.2 mm".
 std::string Workbench::Impl::implant_line() const {
   const session::ImplantTask& task = *scene.implant;
   const std::size_t at = implant->phase();
@@ -543,7 +544,8 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  const auto try_to = [&](const auto& part) {  // if one part fails to end, the run fails, but the other parts still end
+  // if one part fails to end, the run fails, but the other parts are still ended
+  const auto try_to = [&](const auto& part) {
     try {
       part();
     } catch (const std::exception& e) {
@@ -554,7 +556,7 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // cut of a tick that the servo finished after the carver had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // score up to the last tick, as in a recording
+  if (meter) {  // computes the score up to the last tick, as in a recording
     score_ticks();
     explored = picture->views()->take_explored();
   }
@@ -608,7 +610,7 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // The quantile is the upper edge of its bin, which may exceed the maximum.
+  // The quantile is the upper edge of its bin, so it may exceed the maximum; it is limited to the maximum.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -625,7 +627,8 @@ void Workbench::Impl::end() {
   count_work(process);
 }
 
-/// Collects the counts after all threads have ended; `running_process`: counts of the process while it still ran.
+/// Collects the counts after all threads have ended. `running_process`: counts of the process while it was still
+/// running.
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;
@@ -762,7 +765,7 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();     // the latest evaluation of the geometry
-  if (m.scene.resume.empty() || !judged) {  // otherwise use the present volumes
+  if (m.scene.resume.empty() || !judged) {  // otherwise the present volumes are used
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];

@@ -1,5 +1,5 @@
-// A live session: every part runs on its own thread, connected by the channels of wiring.h. The scene selects the
-// parts; an unused part costs nothing.
+// A live session. Every part runs on its own thread; the channels of wiring.h connect the threads. The scene selects
+// the parts; an unused part costs nothing.
 #pragma once
 
 #include <filesystem>
@@ -32,24 +32,25 @@ struct WorkbenchOptions {
   std::filesystem::path record;     // file of the recording; empty: no recording
   std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
   double stream_rate = 100;         // Hz, rate of the published states
-  std::filesystem::path touches;    // output file of point pairs for `calibrate register`, of a controller and an arm
-  double magnify = 0;               // magnification of the picture; 0: the rig's value
-  double seconds = 1e18;            // s after which the session ends
-  bool no_real_time = false;        // allow a device with motors without real-time scheduling
-  bool explain = false;             // print which features are active, and why others are not
-  std::filesystem::path save;       // file for the tissue, written at the end and on request; empty: none
-  bool save_at_end = true;          // save the tissue at the end; false: only on request
-  std::string trainee;              // trainee's name for the recording
-  int monitor = -1;                 // monitor for full screen; −1: a window
+  // output file of point pairs for `calibrate register`, taken with a controller and an arm
+  std::filesystem::path touches;
+  double magnify = 0;          // magnification of the picture; 0: the rig's value
+  double seconds = 1e18;       // s after which the session ends
+  bool no_real_time = false;   // allows a device with motors without real-time scheduling
+  bool explain = false;        // prints which features are active, and why others are not
+  std::filesystem::path save;  // file for the tissue, written at the end and on request; empty: none
+  bool save_at_end = true;     // true: the tissue is saved at the end and on request; false: only on request
+  std::string trainee;         // the trainee's name, for the recording
+  int monitor = -1;            // monitor for full screen; −1: a window
 
   // Options of an experiment (engine/app/experiment/).
-  bool steered = false;   // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); the
-                          // picture does not show the force
+  // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); no picture shows the force
+  bool steered = false;
   double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session does not delay forces
 
   // Options of the operator's window (engine/app/operator/).
   bool operated = false;          // provides score and timing during the session
-  bool embedded = false;          // shown in the operator's window instead of its own
+  bool embedded = false;          // the picture is shown in the operator's window instead of its own
   gpu::Device* device = nullptr;  // the operator's device; null: create one
 };
 
@@ -60,7 +61,7 @@ struct LoopGranted {
 
 /// Progress of an exercise in implant surgery, for display.
 struct ImplantStatus {
-  std::size_t phase = 0;  // index of the present phase; equals the number of phases when all are finished
+  std::size_t phase = 0;  // index of the present phase; when all phases are finished, the number of phases
   session::ImplantNote note = session::ImplantNote::kNone;
   double depth = 0;         // m, depth of the tip below the plan's entry
   double phase_depth = 0;   // m, required depth in this phase
@@ -72,7 +73,8 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick
   std::uint32_t faults = 0;  // fault bits that were set in the last second
-  double caught = 0;  // m, distance between hand and tool if the tool has not followed the hand for a second, else 0
+  // m, distance between hand and tool if the tool has not followed the hand for a second; otherwise 0
+  double caught = 0;
   LoopTiming timing;
   double frame_ms = 0, frames_per_second = 0;  // timing of the picture, smoothed
   std::string_view quality;
@@ -83,7 +85,7 @@ struct WorkbenchStatus {
   std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
   double motor_heat = 0;                   // heat of the device's motors; 1: their limit
   double bearable_force = 0;               // N, force limit at the present heat; 0: the device does not report it
-  bool armed = true;                       // force is enabled, because the hand was free of contact
+  bool armed = true;                       // force is enabled, because the hand has been free of contact
   LoopGranted granted;                     // real-time rights that the system granted to the servo loop
   std::string_view real_time;              // names the rights that were refused; empty: all were granted
   std::optional<ImplantStatus> implant;    // progress of an exercise in implant surgery
@@ -92,7 +94,7 @@ struct WorkbenchStatus {
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;                    // fault bits that were set in the session
+  std::uint32_t faults = 0;  // s since the command was given: first tick, first frame; 0: there was none
   double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was no tick, no frame
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
@@ -109,7 +111,7 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// One session. One thread of the caller constructs, starts, steps and stops the session, and draws. Every end,
+/// One session. A single thread of the caller constructs, starts, steps and stops the session, and draws. Every end,
 /// including the destructor, sends zero force.
 class Workbench {
  public:
@@ -120,10 +122,10 @@ class Workbench {
   Workbench& operator=(const Workbench&) = delete;
 
   void start();
-  /// Processes the input and draws a frame, or waits briefly without a picture. False at the end of the session: the
-  /// window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
+  /// Processes the input and draws a frame; if there is no picture, waits briefly. Returns false at the end of the
+  /// session: the window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
   bool step();
-  /// step() for an embedded picture: the caller passes the input over the picture and the picture's size.
+  /// Same as step(), for an embedded picture: the caller passes the input over the picture and the picture's size.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Applies the settings from the next tick on.
   void set(const SessionSettings& settings);
@@ -134,22 +136,22 @@ class Workbench {
   void choose_phase_tool();
   /// Paints tissue. Only without recording, because a recording contains cuts but no paint.
   void paint(const BrushMove& move);
-  /// Returns the brush strokes that are not undone. Call it after stop().
+  /// Returns the brush strokes that are not undone. Call this function after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// The views of the running session; null if not operated.
+  /// The views of the running session; null if the session is not operated.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's device. It replaces the trainee's picture if both
   /// would be in one window. A size of 0 switches the picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
-  /// The picture from the free viewpoint; null if there is none.
+  /// The picture from the free viewpoint; null if it is not drawn.
   const gpu::Image* own_picture() const;
-  /// Returns the final tissue. Call it once, after stop().
+  /// Returns the final tissue. Call this function once, after stop().
   haptics::TissueVolume take_tissue();
-  /// Call this before the device of an embedded picture is destroyed, or when it is lost: the session continues without
-  /// picture.
+  /// Call this function before the device of an embedded picture is destroyed, or when it is lost. The session
+  /// continues without a picture.
   void drop_picture();
   /// Creates the pictures again on a new device.
   void make_picture(gpu::Device& device);
@@ -161,21 +163,21 @@ class Workbench {
   /// within 50 ms, this function releases all devices. stop() still completes the recording.
   void emergency_stop();
 
-  /// True after SIGINT, SIGTERM or SIGHUP: the caller should end, too.
+  /// True after SIGINT, SIGTERM or SIGHUP; the caller should then end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
-  /// Score by the scene's rules from the measures so far. Only if WorkbenchOptions::operated.
+  /// Score by the scene's rules from the measures so far. Only valid if WorkbenchOptions::operated is set.
   session::Score score_so_far();
-  /// Returns all data except the tissue that the score of a session in the operator's window needs. Call it once, after
-  /// stop().
+  /// Returns the data that the score of a session in the operator's window needs, except the tissue. Call this
+  /// function once, after stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The picture's stage: device, left eye, frame; null if nothing is drawn.
+  /// The stage of the picture: device, left eye, frame; null if nothing is drawn.
   PictureStage* stage();
 
-  /// Switches the emergency stop on or off: while it is on, there is no drill and no force (hands.h).
+  /// Switches the emergency stop on or off. While it is on, drill and force are off (hands.h).
   void hold(bool on) noexcept;
   /// Requests undo, redo or saving of the tissue; the carver executes it in its next turn. Drawing thread.
   void ask(TissueCommand command);

@@ -29,7 +29,7 @@ fs::path folder() {
 
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
-  if (!fs::is_regular_file(file, code)) return std::nullopt;  // reading a device might never end
+  if (!fs::is_regular_file(file, code)) return std::nullopt;  // a device could be read without end
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   Fnv1a hash;

@@ -13,7 +13,8 @@
 
 namespace typodont::cache {
 
-/// The cache folder: $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty if none of these is set.
+/// The cache folder: $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty path if none of these
+/// variables is set.
 std::filesystem::path folder();
 
 /// Hash of a file's content; no value if the file cannot be read.

@@ -1,5 +1,6 @@
-// Checks of internal assumptions. A failed check is a programming error, never a user's mistake (those are Error). It
-// prints the place and the condition, then ends the process. The servo installs a handler that first sends zero force.
+// Checks of internal assumptions. A failed check is a programming error, never a user's mistake (for mistakes, use
+// Error). A failed check prints the place and the condition, then ends the process. The servo installs a handler that
+// first sends zero force.
 #pragma once
 
 namespace typodont {

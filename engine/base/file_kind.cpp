@@ -55,7 +55,7 @@ bool is_json(std::string_view head) {
   return text.starts_with("{") || text.starts_with("[");
 }
 
-/// True if the bytes are no PDF and contain no control character that occurs only in binary files.
+/// True if the bytes are not a PDF and contain no control character that occurs only in binary files.
 bool is_text(std::string_view head) {
   if (head.starts_with("%PDF-")) return false;
   return std::none_of(head.begin(), head.end(), [](char c) {

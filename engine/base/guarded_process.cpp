@@ -29,12 +29,12 @@ void limit_process(const ProcessLimits& limits) {
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  (void)bytes;  // no limit under a sanitizer, whose shadow memory is larger than any limit
+  (void)bytes;  // no limit under a sanitizer, because its shadow memory is larger than any limit
 #else
   setrlimit(RLIMIT_AS, &bytes);
 #endif
   setrlimit(RLIMIT_FSIZE, &longest);
-  alarm(static_cast<unsigned>(limits.seconds));  // ends a process that sleeps for ever, too
+  alarm(static_cast<unsigned>(limits.seconds));  // also ends a process that sleeps for ever
 }
 
 void give_up_privileges() {

@@ -40,7 +40,7 @@ class LineReader {
  public:
   static constexpr std::size_t kLongest = 65535;
   LineReader(const std::filesystem::path& file, InputKind kind) : file_(file), in_(open_input(file, kind)) {}
-  /// False at the end of the file. Throws Error if a line is too long.
+  /// Reads the next line. Returns false at the end of the file. Throws Error if a line is too long.
   bool next(std::string& line);
   /// Number of the latest line, counted from 1.
   std::size_t number() const noexcept { return number_; }

@@ -22,7 +22,7 @@ class Latest {
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // Writer thread.
+  // For the writer thread: the value to fill before it is published.
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -32,8 +32,8 @@ class Latest {
     publish();
   }
 
-  /// Moves the published value back into back(), so that the writer can change it. False if the reader has already
-  /// fetched it.
+  /// Moves the published value back into back(), so that the writer can change it. Returns false if the reader has
+  /// already fetched it.
   bool take_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;
@@ -41,7 +41,7 @@ class Latest {
     return true;
   }
 
-  // Reader thread.
+  // For the reader thread: fetches the newest value. Returns true if the value was published after the last fetch.
   /// Fetches the newest value. True if it is new since the last fetch.
   bool fetch() noexcept {
     // A plain exchange would be wrong: after this load the writer may take back the fresh value and leave an old one in
@@ -55,7 +55,8 @@ class Latest {
     }
     return false;
   }
-  /// Puts the fetched value back as if it had not been fetched. False if the writer has published a newer value.
+  /// Puts the fetched value back as if it had not been fetched. Returns false if the writer has published a newer
+  /// value.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kFresh) || !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh),

@@ -30,7 +30,7 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// 0 if there are no values.
+  /// Quantile of the sampled values; 0 if there are no values.
   double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;

@@ -167,7 +167,7 @@ void PartialFile::check_target() {
   struct stat link {
   }, is{};
   if (::lstat(file_.c_str(), &link) != 0) {
-    if (errno == ENOENT && !file_.empty()) return;  // there is no file yet
+    if (errno == ENOENT && !file_.empty()) return;  // no file exists yet
     refuse(std::strerror(errno), "a file to write");
   }
   if (::stat(file_.c_str(), &is) != 0) {

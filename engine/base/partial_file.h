@@ -12,16 +12,17 @@ namespace typodont {
 /// The existing files that may be overwritten.
 enum class Over {
   kNoInput,  // all existing files except an input of this process (input_file.h)
-  kItsInput  // also inputs of this process: the command reads the file, changes it and writes it back
+  // all files except inputs are allowed, and also inputs of this process: the command reads the file, changes it and
+  // writes it back
+  kItsInput
 };
 
-/// Every file that this program writes is written through this class. The content goes to a temporary file in the same
-/// folder, which is renamed when it is complete.
-/// It refuses to replace a file that this process has read, a file of another kind, a write-protected file and a
-/// directory. A link to a regular file is followed; the file keeps its mode and, as far as permitted, its owner and
-/// group. A device or FIFO is never replaced: the content is copied into it.
-/// The temporary name is unpredictable and always new (O_EXCL, O_NOFOLLOW). The constructor first removes temporary
-/// files of killed processes. Any thread may use an object, but only one thread at a time.
+/// Every file that this program writes is written through this class. The content goes to a temporary file in the
+/// same folder, which is renamed when it is complete. The class refuses to replace a file that this process has read,
+/// a file of another kind, a write-protected file and a directory. A link to a regular file is followed; the file
+/// keeps its mode and, as far as permitted, its owner and group. A device or FIFO is never replaced: the content is
+/// copied into it. The temporary name is unpredictable and always new (O_EXCL, O_NOFOLLOW). The constructor first
+/// removes temporary files of killed processes. Any thread may use an object, but only one thread at a time.
 class PartialFile {
  public:
   /// `part` distinguishes several temporary files for one target. Throws Error, before anything is changed, if the file
@@ -58,7 +59,7 @@ class PartialFile {
   std::atomic<const char*>* listed_ = nullptr;
 };
 
-/// Throws Error if a PartialFile with these arguments would throw, so that the user gets the message before long work.
+/// Throws Error if a PartialFile with these arguments would throw. So the user gets the message before long work.
 /// Leaves no file.
 void require_output(const std::filesystem::path& file, FileKind kind, Over over = Over::kNoInput);
 

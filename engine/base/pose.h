@@ -35,7 +35,7 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
 
-/// The shortest rotation that takes unit vector `from` to unit vector `to`.
+/// The shortest rotation that rotates unit vector `from` into unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
   if (c < -1.0 + 1e-12) {  // opposite directions: any perpendicular axis is correct
@@ -47,7 +47,7 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// Angle of the rotation that takes a to b: rad, 0 to π.
+/// Angle of the rotation that rotates a into b: rad, 0 to π.
 inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }

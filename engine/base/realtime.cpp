@@ -95,7 +95,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns, length of the spin before the deadline
+  constexpr long long kSpin = 60'000;  // ns, duration of the spin before the deadline
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

@@ -1,5 +1,5 @@
 // A queue from one thread to one other thread that keeps the order. If the queue is full, new values are dropped and
-// counted. It never blocks.
+// counted. No call ever blocks.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,8 @@ class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// Producer thread. False if full; the loss is counted. Never allocates.
+  /// For the producer thread: appends a value. Returns false if the ring is full; the loss is counted. Never
+  /// allocates.
   bool push(const T& value) noexcept {
     if (queue_.push(value)) return true;
     dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -24,7 +25,7 @@ class Ring {
   }
   /// Producer thread: true if the next push() will succeed.
   bool has_room() const noexcept { return queue_.write_available() > 0; }
-  /// Consumer thread.
+  /// For the consumer thread: removes the oldest value. Returns false if the ring is empty.
   bool pop(T& value) noexcept { return queue_.pop(value); }
   /// Consumer thread: number of values that can be popped now.
   std::size_t ready() const noexcept { return queue_.read_available(); }

@@ -44,7 +44,7 @@ inline constexpr std::uint32_t kServoLaws = 5;
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
-  std::uint64_t index = 0;       // ticks since the servo started
+  std::uint64_t index = 0;       // number of ticks since the servo started
   Nanos t = 0;                   // ns, time at which the hand was sampled, since the session's start
   Pose X_WT;                     // the tool at the hand's pose (head centre; shank along +z)
   Pose X_WG;                     // the proxy: the tool's pose held outside the tissue; this pose is drawn
@@ -55,15 +55,16 @@ struct ServoTick {
   dvec3 n_C_W{0, 0, 0};          // unit contact normal, out of the tissue; zero when the tool is free
   double contact_area = 0;       // m², area of the head in contact with tissue
   PerTissue removed{};           // m³ removed since the start
-  Tissue tissue = Tissue::kAir;  // the tissue with the largest contact area
-  double spindle = 0;            // rad/s
+  Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
+  double spindle = 0;            // rad/s, speed of the spindle
   double cutting_power = 0;      // W, present cutting power
   double energy = 0;             // J, passivity observer: energy taken from the hand so far
   Nanos cpu_time = 0;            // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;  // number of the surface patch in which the tick was computed; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
-  // J, energy fed to the hand so far by the spindle through the tangential cutting force; not in `energy`
+  // J, energy that the spindle fed to the hand so far, through the tangential cutting force; `energy` does not
+  // include it
   double spindle_energy = 0;
   std::uint32_t tool = 0;   // index of the tool in the hand, among the session's tools
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level

@@ -31,7 +31,7 @@ struct FieldBrick {
 /// The voxel grid's position in W: p_W = origin + voxel · index. Distance field and tissue labels use the same frame.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in W
-  double voxel = 1e-4;         // m
+  double voxel = 1e-4;         // m, edge of a voxel
 
   glm::dvec3 to_world(const glm::dvec3& index) const { return origin + voxel * index; }
   glm::dvec3 to_voxels(const glm::dvec3& p_W) const { return (p_W - origin) / voxel; }

@@ -15,7 +15,7 @@ namespace typodont {
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;
-  static constexpr double kSmallest = 100;  // ns
+  static constexpr double kSmallest = 100;  // ns, upper edge of the first bin
   std::array<std::uint32_t, kBins> counts{};
 
   static int bin(Nanos duration) noexcept {

@@ -22,7 +22,7 @@ struct SpherePacking {
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the packed tissue
   double max_radius = 0;          // m, the packer's limit
   double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
-  PerTissue solid_volume{};       // m³ of tissue; the spheres fill only a fraction of it
+  PerTissue solid_volume{};       // m³, volume of the tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
   /// Volume of the spheres per tissue, m³.

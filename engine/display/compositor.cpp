@@ -42,7 +42,7 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // first index: the mix; second index: 1 if source and target sizes are equal
+  // first index: the mix; second index: 1 if source and target have the same size
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
@@ -51,7 +51,7 @@ struct Compositor::Impl {
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
-    Parts pictures;  // changed parts of the eyes' pictures
+    Parts pictures;  // changed parts of the pictures of both eyes
     Rects written;   // changed parts of the target, for each eye's region
   };
   std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
@@ -151,7 +151,7 @@ struct Compositor::Impl {
       const Place place = place_on(e, how, target);
       const auto panels = writing[e]->panels();
       std::vector<bool> touched(panels.size(), !parts.has_value());
-      for (bool more = parts.has_value(); more;) {  // a panel may overlap another panel
+      for (bool more = parts.has_value(); more;) {  // repeats the search, because a panel may overlap another panel
         more = false;
         for (std::size_t i = 0; i < panels.size(); ++i) {
           const VkRect2D box = in_target(panels[i].box, place);
@@ -193,8 +193,8 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Target area that shows a part of an eye's picture. If pictures are stretched, the area is two pixels larger on
-  /// every side.
+  /// Target area in which a part of an eye's picture is visible. If pictures are stretched, the area is two pixels
+  /// larger on every side.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -205,7 +205,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// The parts of the target to draw, for each eye's region; no value: draw everything.
+  /// The parts of the target that must be drawn, for each eye's region; no value: the whole target.
   std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                      const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -222,13 +222,14 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    // Draw everything if the surface is stereo (one layer per eye), or if the target is older than the stored history.
+    // Draws everything if the surface is stereo (one layer per eye), or if the target is older than the stored
+    // history.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If both eyes share every region, drawing a pixel for one eye draws it for the other.
+        // If the eyes share every region, drawing a pixel for one eye also draws it for the other.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -290,7 +291,7 @@ struct Compositor::Impl {
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
-    // The buffer has one pixel more, because the last pixel is interpolated with its neighbour.
+    // The buffer has one additional pixel, because the last pixel is interpolated with its neighbour.
     if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
       job.eyes.destroy(device);
       job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
@@ -315,7 +316,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // If both eyes share every region, copy both eyes wherever one is needed.
+      // If the eyes share every region, both eyes are copied wherever one is needed.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -383,7 +384,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the slot's previous frame was not composed, draw everything.
+    // If the slot's previous frame was not composed, everything is drawn.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
@@ -400,7 +401,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  // With an odd size, one column or row belongs to no eye; it stays black.
+  // If the size is odd, one column or row belongs to no eye and stays black.
   const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
   for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,

@@ -64,8 +64,8 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // If the offset is divided by the normal's length, too, the plane stays the same: {p: n·p = c} is {p: n/|n|·p =
-  // c/|n|}.
+  // The offset is divided by the normal's length as well, so that the plane stays the same: {p: n·p = c} is {p:
+  // n/|n|·p = c/|n|}.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -113,8 +113,8 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // The file is the result of `calibrate register`: the haptic base H in the display's frame D, which is the
-    // headset's space here.
+    // The file is the result of `calibrate register`: the pose of the haptic base H in the display's frame D. For a
+    // headset, D is the headset's space.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -153,7 +153,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto screen = json.find("screen"))
     rig.screen = parse_screen(*screen);
   else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // throws Error if the screen is missing: a mirror needs a measured screen
+    json["screen"];  // throws Error if the screen is missing, because a mirror needs a measured screen
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
@@ -243,8 +243,8 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell's law: a plate displaces the image of an object behind it along the plate's normal, towards the eye, by t (1
-  // − cos θ / √(n² − sin² θ)).
+  // Snell's law: a plate displaces the image of an object behind it. The displacement is along the plate's normal,
+  // towards the eye, by t (1 − cos θ / √(n² − sin² θ)).
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -259,8 +259,7 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
   // The panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so (v_r, v_u, v_n)
-  // is left-handed. This is the only place where the mirror enters the computation: as a view matrix with determinant
-  // −1.
+  // is left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
@@ -292,7 +291,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m, smallest distance of an eye from the picture's plane
+  constexpr double kNearest = 0.05;  // m, lower limit of an eye's distance from the picture's plane
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {

@@ -52,17 +52,18 @@ struct Head {
 
 /// A headset: the pose of its space D (x right, y up, the user looks along −z) in the workbench.
 struct HmdRig {
-  bool stage = true;  // true: D is the room's STAGE space; false: LOCAL, with its origin at the user's seat
-  // measured pose, e.g. relative to a haptic arm; no value: the work is placed in front of the user
+  // true: D is the room's STAGE space; false: D is the LOCAL space, with its origin at the user's seat
+  bool stage = true;
+  // pose of D, measured for example relative to a haptic arm; no value: the work is placed in front of the user
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
   double distance = 0.35, below = 0.22;  // m, position of the work relative to the eyes, without X_WD
-  bool passthrough = false;              // show the room behind the work if the headset can
-  bool depth = true;                     // pass depth to the runtime if the runtime accepts depth
+  bool passthrough = false;              // true: shows the room behind the work, if the headset can
+  bool depth = true;                     // true: passes depth to the runtime, if the runtime accepts depth
   double refresh_hz = 0;                 // Hz, refresh rate of the headset; 0: the runtime chooses
   double resolution = 1;                 // factor on the runtime's recommended width and height
   double wait = 15;                      // s, time limit for the user to put the headset on
-  double stall = 3;                      // s, time limit for an answer of the runtime; then the session ends
+  double stall = 3;                      // s, time limit for an answer of the runtime; after it the session ends
   dvec3 tip{0, 0, -0.06};                // m, position of the tool's head in the controller's aim frame
 };
 
@@ -73,19 +74,19 @@ struct DisplayRig {
   Head head;
   Pose X_WH;       // pose of the haptic base
   Pose left_X_WH;  // pose of the second hand's device
-  // devices as address and serial number, "woodenhaptics:1234567"; empty: not specified
+  // devices by address and serial number, "woodenhaptics:1234567"; empty: not specified
   std::string hand, left_hand, pedal;
-  double pedal_limit = 0;              // s, longest time that the pedal may be pressed without a break; 0: the default
-  HmdRig hmd;                          // settings for a headset
-  double magnify = 1;                  // magnification of the picture: magnified()
+  double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default
+  HmdRig hmd;              // settings for a headset
+  double magnify = 1;      // magnification of the picture: magnified()
   std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
-  double scale = 1;                    // lengths of screen, mirror and eyes in this rig divided by those on the bench
+  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to those on the bench
 };
 
 /// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point is `rig.magnify_about`, or
-/// `about` (m, W) if the rig has none. Screen, mirror and eyes shrink towards this point by that factor, which gives
-/// the same picture. The haptic base does not move, so that the visual and the haptic position agree only at the fixed
-/// point.
+/// `about` (m, W) if the rig has none. Screen, mirror and eyes move towards this point, so that all their distances
+/// from it shrink by that factor; this gives the magnified picture. The haptic base does not move, so that the visual
+/// and the haptic position agree only at the fixed point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
 /// Reads a rig file (docs/interface.md). Throws Error naming file, key, found and expected.
@@ -135,7 +136,7 @@ dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC)
 EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
                  const dvec3& shift = dvec3(0));
 
-/// Positions of the left and right eye. In a mono layout both are the midpoint between the eyes.
+/// Positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// True if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
@@ -144,19 +145,20 @@ ClipRange clip_range(const DisplayRig& rig);
 /// Views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 
-/// Orientation in which flat text must be drawn so that the user reads it upright. The columns are the user's right and
-/// up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly one axis.
+/// Orientation in which flat text must be drawn so that the user can read it upright. The columns are the user's
+/// right and up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly one
+/// axis.
 dmat2 upright(const DisplayRig& rig);
 
-/// 16 numbers, row-major, with lengths in mm, as in frame.json.
+/// The matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Size in pixels of one eye's picture for a screen of the given size, and size of the composed screen for an eye's
+/// Size of one eye's picture in pixels, for a screen of the given size; and size of the composed screen, for an eye's
 /// picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
-/// Inverse of screen_pixels(): size in pixels of one eye's picture in a composed screen of the given size.
+/// Inverse of screen_pixels(): size of one eye's picture in pixels, in a composed screen of the given size.
 ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

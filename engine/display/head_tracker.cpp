@@ -44,7 +44,7 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Age in ns of a message, from the kernel's time stamp. Users can change the clock of the time stamp; an impossible
+/// Age of a message, ns, from the kernel's time stamp. Users can change the clock of the time stamp, so an impossible
 /// age counts as 0.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
@@ -90,7 +90,7 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet) {
     for (std::size_t b = 0; b < 8; ++b) bits |= std::to_integer<std::uint64_t>(packet[8 * i + b]) << (8 * b);
     numbers[i] = std::bit_cast<double>(bits);
     const double most = i < 3 ? 200 : 360;
-    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;  // also refuses NaN
+    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;  // this comparison also refuses NaN
   }
   return HeadMotion{dvec3(numbers[0], numbers[1], numbers[2]) * 1e-2, numbers[3] * kDegree, numbers[4] * kDegree,
                     numbers[5] * kDegree};
@@ -105,7 +105,7 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
     v_ = dvec3(0);
     p_xx_ = sigma2_;
     p_xv_ = 0;
-    p_vv_ = 1;  // (m/s)², variance of the speed of a head
+    p_vv_ = 1;  // (m/s)², variance of a head's speed
     return;
   }
   const double dt = to_seconds(t - t_);

@@ -14,8 +14,8 @@
 
 namespace typodont::display {
 
-/// Address for a tracker's packets: "opentrack:PORT" listens on this machine only, "opentrack:ADDRESS:PORT" on the
-/// given numeric IPv4 address ("0.0.0.0": on all addresses of this machine).
+/// Address at which a tracker's packets arrive. "opentrack:PORT" listens on this machine only;
+/// "opentrack:ADDRESS:PORT" listens on the given numeric IPv4 address ("0.0.0.0": on all addresses of this machine).
 struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
@@ -43,12 +43,14 @@ class MotionFilter {
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
   /// Ignores a sample that is not newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
-  /// Extrapolates at most kHorizon beyond the newest sample, then stays constant. Zero before the first sample.
+  /// Extrapolates at most kHorizon beyond the newest sample; after this time the value stays constant. Zero before
+  /// the first sample.
   dvec3 at(Nanos t) const noexcept;
 
   // ns, limit of the extrapolation; after a longer time a constant value is better
   static constexpr Nanos kHorizon = 80'000'000;
-  static constexpr Nanos kLost = 500'000'000;  // ns, longest gap between samples before the filter restarts
+  // ns, limit of the gap between samples; after a longer gap the filter restarts
+  static constexpr Nanos kLost = 500'000'000;
 
  private:
   double sigma2_, density_;
@@ -76,7 +78,7 @@ class HeadTracker {
 
   /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// The head at time t, normally the time of display. Returns the rest pose before the first sample.
+  /// The head at time t, normally the time of display. Before the first sample, this is the rest pose.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 

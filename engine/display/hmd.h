@@ -28,8 +28,8 @@ struct HmdHand {
   Pose X_WT;
   Pose X_DT;                 // pose of the tool in the headset's space, as measured
   double pedal = 0;          // 0..1, the trigger
-  bool change_tool = false;  // true if its button was pressed since the last frame
-  bool mirror = false;       // true if the mouth mirror's button was pressed since the last frame
+  bool change_tool = false;  // the controller's button was pressed since the last frame
+  bool mirror = false;       // the button for the mouth mirror was pressed since the last frame
 };
 
 struct HmdFrame {
@@ -39,7 +39,7 @@ struct HmdFrame {
   double period = 0;     // s
   std::array<EyeView, 2> eyes;
   Pose X_WH;                     // pose of the head (x right, y up, looking along −z)
-  std::array<HmdHand, 2> hands;  // left, right
+  std::array<HmdHand, 2> hands;  // hands in the order left, right
 };
 
 /// Timing of a frame; it becomes known some frames later.
@@ -57,28 +57,28 @@ struct HmdTiming {
 
 /// Vibration of the controller in the tool's hand. An amplitude of zero switches it off.
 struct Vibration {
-  double amplitude = 0;  // 0..1
+  double amplitude = 0;  // 0..1, strength of the vibration
   double frequency = 0;  // Hz; 0: the runtime chooses
 };
 
 class Hmd {
  public:
-  /// Throws Error with a message of one line if there is no loader, no runtime or no headset, or if the runtime does
-  /// not support Vulkan.
+  /// Opens loader, runtime and headset. Throws Error with a message of one line if there is no loader, no runtime or
+  /// no headset, or if the runtime does not support Vulkan.
   static std::unique_ptr<Hmd> open(const DisplayRig& rig, RuntimeGate& gate);
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
-  /// Throws Error. `work_W`: m, W, the point that recentring places in front of the user.
+  /// Creates the session. Throws Error. `work_W`: m, W, the point that recentring places in front of the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
   /// Waits until the user wears the headset and the runtime requests frames. Throws Error if the headset stays idle.
   virtual void wake() = 0;
   virtual void end() = 0;
 
-  /// Processes events and session states. False if the session ended normally. Throws RunFailure if the session was
-  /// lost.
+  /// Processes events and session states. Returns false if the session ended normally. Throws RunFailure if the
+  /// session was lost.
   virtual bool poll() = 0;
-  /// True if the runtime requests frames. Otherwise sleep briefly and poll again.
+  /// True if the runtime requests frames. If false, the caller sleeps briefly and polls again.
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;

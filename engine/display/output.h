@@ -32,8 +32,8 @@ struct Target {
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
-  VkSemaphore ready = VK_NULL_HANDLE;  // wait for this semaphore before drawing
-  VkSemaphore done = VK_NULL_HANDLE;   // signal this semaphore after drawing
+  VkSemaphore ready = VK_NULL_HANDLE;  // the drawing must wait for this semaphore
+  VkSemaphore done = VK_NULL_HANDLE;   // the drawing must signal this semaphore when it has finished
   bool kept = false;                   // the image still contains the frame that was last composed into it
 };
 
@@ -98,23 +98,24 @@ struct UserInput {
 class Output {
  public:
   virtual ~Output() = default;
-  /// The next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure if the
-  /// surface is permanently lost.
+  /// The next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure if
+  /// the surface is permanently lost.
   virtual std::optional<Target> acquire() = 0;
   /// Shows the last target: all of it, or only the given parts. Call after submitting. If the target is memory,
   /// `finish` is called when the picture is due; it waits for the device and composes the picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// False if nobody can see the picture, for example in a minimised window.
+  /// False if the picture is not visible to anybody, for example in a minimised window.
   virtual bool visible() const { return true; }
-  /// True if the screen lost its content (resized, uncovered): compose again even if nothing moved.
+  /// True if the screen lost its content (resized, uncovered): the frame must be composed again even if nothing
+  /// moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
   /// Lets the surface fail as if the desktop had removed it. For tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// Waits until an event of the user or the desktop arrives, but at most `most`.
+  /// Waits until an event from the user or the desktop arrives, but at most for `most`.
   virtual void wait(Nanos most);
   /// Number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
@@ -128,7 +129,7 @@ class Output {
   /// Call if another window covers this monitor. Moves this window to the next monitor, if one exists, and limits its
   /// size to that monitor.
   virtual void leave_monitor(int) {}
-  /// s between two refreshes of the screen; 0 for a picture in memory.
+  /// Time between two refreshes of the screen, s; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back as RGBA bytes. Only for a picture in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }
@@ -144,14 +145,14 @@ struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
   int output = -1;                      // number of the monitor for full screen; −1: a window
-  bool fits_screen = false;             // limit the window's size to the screen's free area
-  bool stereo_surface = false;          // surface with two layers, for frame-sequential displays
+  bool fits_screen = false;             // limits the window's size to the screen's free area
+  bool stereo_surface = false;          // requests a surface with two layers, for frame-sequential displays
   bool composed = false;                // a Compositor fills the targets; with software rendering, in memory
-  double most_frames_per_second = 120;  // Hz, limit if presenting does not wait for the screen
+  double most_frames_per_second = 120;  // Hz, limit of the frame rate if presenting does not wait for the screen
 };
 /// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();
-/// Throws Error. The window handles resizing, minimising and a lost surface.
+/// Opens a window, which handles resizing, minimising and a lost surface. Throws Error.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
 /// The connected screens, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error if there is no
 /// desktop.

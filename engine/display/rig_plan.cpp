@@ -56,10 +56,10 @@ struct LargestBox {
   dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m
 };
 
-/// The largest axis-parallel box inside all limits; the origin must lie strictly inside all of them. The box with
-/// middle c and half edges h lies within n · p ≤ d if n · c + |n| · h ≤ d, so log(h_x h_y h_z) is maximised under
-/// linear constraints. This is a convex problem (Boyd & Vandenberghe 2004, 8.4.2), solved by a barrier method with
-/// Newton steps.
+/// Computes the largest axis-parallel box inside all limits. The origin must lie strictly inside all of them. The box
+/// with middle c and half edges h lies within n · p ≤ d if n · c + |n| · h ≤ d, so log(h_x h_y h_z) is maximised
+/// under linear constraints. This is a convex problem (Boyd & Vandenberghe 2004, 8.4.2), solved by a barrier method
+/// with Newton steps.
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
@@ -140,7 +140,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   DisplayRig& rig = plan.rig;
   rig.kind = DisplayKind::kMirror;
 
-  // Place the eyes, the picture and the mirror.
+  // Places the eyes, the picture and the mirror.
   rig.head.eye_center = spec.eye_distance * dvec3(0, -std::cos(spec.gaze), std::sin(spec.gaze));
   rig.head.ipd = spec.ipd;
   rig.head.right = {1, 0, 0};
@@ -158,7 +158,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const std::array<dvec3, 2> eyes = {rig.head.eye_center - dvec3(0.5 * spec.ipd, 0, 0),
                                      rig.head.eye_center + dvec3(0.5 * spec.ipd, 0, 0)};
 
-  // Find the objects that block the user's view of the picture.
+  // Finds the objects that block the user's view of the picture.
   const dvec3 towards(0, -up.z, up.y);  // normal of the picture, towards the user
   const auto before_glass = [&](const dvec3& p) { return glm::dot(mirror.normal, p) - mirror.offset; };
   const double to_picture = glm::dot(towards, rig.head.eye_center);
@@ -175,7 +175,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   if (!behind) conflicts.push_back("the picture reaches through the glass: raise the mirror or turn the picture");
   if (!conflicts.empty()) return plan;
 
-  // Size of the glass: it covers the lines from both eyes to the picture's corners, and a margin.
+  // The glass covers the lines from both eyes to the picture's corners, and a margin.
   const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // direction in the glass away from the user
   double near_end = std::numeric_limits<double>::infinity(), far_end = -near_end, half_width = 0;
   for (const dvec3& eye : eyes) {
@@ -191,7 +191,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                 foot + far_end * slope + half_width * right, foot + far_end * slope - half_width * right};
   plan.glass_width = 2 * half_width, plan.glass_length = far_end - near_end;
 
-  // Check that the panel blocks neither the view nor the head.
+  // Checks that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
   const auto within_view = [&](const dvec3& p) {  // p is between the outermost lines of sight, in front of the glass
@@ -212,8 +212,8 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                                     1e3 * to_panel, 1e3 * spec.head_room));
   }
 
-  // Workspace: visible to both eyes in the picture, at a comfortable depth, below the glass, and within the arm's
-  // reach.
+  // The workspace must be visible to both eyes in the picture, at a comfortable depth, below the glass, and within
+  // the arm's reach.
   std::vector<Limit> limits;
   constexpr const char* kEdges[] = {"the picture's lower edge", "the picture's right edge", "the picture's upper edge",
                                     "the picture's left edge"};
@@ -247,7 +247,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Find the limit of each face: the limit that is violated first if the face moves outwards.
+  // Finds the limit of each face: the limit that is violated first if the face moves outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

@@ -26,8 +26,8 @@ struct BenchSpec {
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, largest difference between the picture and objects that appear in front of it or behind it: the eye's
-  // depth of focus (Campbell 1957)
+  // dioptres, limit of the difference between the picture and objects that appear in front of it or behind it: the
+  // eye's depth of focus (Campbell 1957)
   double comfort = 0.3;
 };
 
@@ -44,7 +44,7 @@ struct BenchPlan {
   double glass_width = 0, glass_length = 0;  // m
   dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; low = high: no box exists
   std::array<Face, 6> faces;                 // order: -x, +x, -y, +y, -z, +z
-  double nearest = 0, farthest = 0;          // m, comfortable depth: distances from the eyes
+  double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
   std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can be built
 };

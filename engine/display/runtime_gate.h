@@ -1,6 +1,6 @@
 // Supervises a thread that calls a headset's runtime. The runtime is foreign code: a call may take seconds or never
-// return. The watching thread measures the duration of the call and can abandon the calling thread. An abandoned thread
-// never executes this program's code again, so the data that it used can be destroyed.
+// return. A second thread, the watching thread, measures the duration of the call and can abandon the calling thread.
+// An abandoned thread never executes this program's code again, so the data that it used can be destroyed.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ class RuntimeGate {
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Does not return if the watching thread abandoned this thread during the call.
+  /// Ends a call. Does not return if the watching thread abandoned this thread during the call.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -37,8 +37,8 @@ class RuntimeGate {
   /// Duration in s of the program's own code since the last call; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// Abandons the thread. True if the thread is inside a call; it will never return from this call. False if the thread
-  /// is outside a call or has ended.
+  /// Abandons the thread. Returns true if the thread is inside a call; it will never return from this call. Returns
+  /// false if the thread is outside a call or has ended.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

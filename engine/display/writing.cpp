@@ -21,7 +21,7 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// Lengths in units of half the picture's height.
+// Lengths as multiples of half the picture's height.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
 constexpr std::string_view kGap = "   ";
@@ -32,12 +32,12 @@ const font::Glyph* glyph(int code) {
   return nullptr;
 }
 
-/// Decodes the next UTF-8 character; returns the glyph of '?' if the font lacks it.
+/// Decodes the next UTF-8 character. Returns its glyph, or the glyph of '?' if the font lacks it.
 const font::Glyph& next(std::string_view text, std::size_t& i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   int code = byte(i++);
   if (code >= 0xc0) {
-    // A character has two or three bytes; dashes, for example, have three.
+    // A character that is not ASCII has two or three bytes; dashes, for example, have three.
     const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
     const bool whole = more > 0 && i + more <= text.size();
     code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
@@ -84,7 +84,7 @@ std::vector<std::string> lines_of(std::string_view hint, double most, double hei
 std::string force_text(const Hud& hud) {
   return hud.force_shown ? fmt::format("{:.2f} N", hud.force) : "";
 }
-/// Filled fraction of the force bar, in steps smaller than a pixel on most screens.
+/// Filled fraction of the force bar; it changes in steps smaller than a pixel on most screens.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_shown && hud.force_limit > 0
@@ -182,7 +182,7 @@ class Painter {
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // Evaluate the function at the pixel centres and one pixel beyond on every side, to compute its slope.
+    // Evaluates the function at the pixel centres and one pixel beyond on every side, to compute its slope.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -206,13 +206,15 @@ class Painter {
 
   const Map& map_;
   Writing::Panel panel_;
-  std::vector<double> field_;  // buffer of fill(), kept for reuse
+  std::vector<double> field_;  // buffer of fill(), reused by every call
 };
 
 }  // namespace
 
 std::string spindle_text(double krpm) {
-  constexpr double kSlow = 10;  // krpm; implant drills and reamers are slower, turbines are always faster
+  // krpm, limit: slower speeds are rounded to 10 rpm; implant drills and reamers are slower than this, turbines
+  // always faster
+  constexpr double kSlow = 10;
   return krpm < kSlow ? fmt::format("{:.0f} rpm", 10 * std::round(100 * krpm)) : fmt::format("{:.0f} krpm", krpm);
 }
 
@@ -244,7 +246,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
   h *= std::min(1.0, room / first_line(h));
 
-  // Lower left corner: tool, speed, force.
+  // The panel in the lower left corner: tool, speed, force.
   const double wide = std::min(std::max(kLeastPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
   const dvec2 lo{-map.aspect + kMargin, -1 + kMargin},
       hi{lo.x + wide, lo.y + 2 * kPad + (hud.force_shown ? 2.85 : 1.5) * h};
@@ -262,7 +264,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   status.text({hi.x - kPad - width_of(force, h), y2}, h, force, kInk);
   panels_.push_back(status.take());
 
-  // Top centre: the hints.
+  // The panel at the top centre: the hints.
   if (const std::vector<std::string> lines = lines_of(hud.hint, room, h); !lines.empty()) {
     double widest = 0;
     for (const std::string& line : lines) widest = std::max(widest, width_of(line, h));

@@ -31,7 +31,7 @@ struct WritingBox {
   glm::ivec2 lo{0}, size{0};
 };
 
-/// The text as pixels in a few panels. The other pixels of the region are not drawn.
+/// The text as pixels in a few panels. Pixels of the region outside the panels are not drawn.
 class Writing {
  public:
   struct Panel {

@@ -177,7 +177,7 @@ Device Device::create(const DeviceOptions& options) {
       if (create) check(create(d.instance, &messenger, nullptr, &d.messenger_), "vkCreateDebugUtilsMessengerEXT");
     }
 
-    // Choose the best device that supports everything the renderer needs.
+    // Chooses the best device that supports everything that the renderer needs.
     int best = 1000;
     std::string seen;
     const std::vector<VkPhysicalDevice> candidates =
@@ -211,7 +211,7 @@ Device Device::create(const DeviceOptions& options) {
     for (int samples : {1, 2, 4, 8})
       if (counts & static_cast<VkSampleCountFlags>(samples)) d.max_samples = samples;
 
-    // Find a queue family that can draw; on all known drivers it can also present and compute.
+    // Finds a queue family that can draw; on all known drivers, this family can also present and compute.
     std::uint32_t families = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(d.physical, &families, nullptr);
     std::vector<VkQueueFamilyProperties> family(families);
@@ -289,7 +289,8 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // Take the first memory type with all preferred properties, otherwise the first with all required ones.
+  // Takes the first memory type with all preferred properties; if none exists, the first with all required
+  // properties.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)
@@ -358,7 +359,7 @@ std::vector<DeviceInfo> list_devices() {
   try {
     instance = create_instance({}, nullptr);
   } catch (const Error&) {
-    return list;  // no loader or driver: nothing to list
+    return list;  // no loader or driver exists, so the list stays empty
   }
   std::vector<std::pair<int, DeviceInfo>> ranked;
   for (VkPhysicalDevice physical : physical_devices(instance)) {

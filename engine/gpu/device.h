@@ -25,7 +25,7 @@ class DeviceLost : public RunFailure {
 /// Throws DeviceLost or RunFailure naming the call unless the result is VK_SUCCESS.
 void check(VkResult result, const char* call);
 
-/// Allocates ranges of numbers: first fit, and free neighbours are merged. Independent of Vulkan.
+/// Allocates ranges of numbers by first fit; free neighbours are merged. Independent of Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
@@ -38,7 +38,7 @@ class RangeAllocator {
   std::size_t pieces() const { return ranges_.size(); }
 
  private:
-  std::map<std::uint64_t, std::uint64_t> ranges_;  // start → count
+  std::map<std::uint64_t, std::uint64_t> ranges_;  // free ranges: start → count
   std::uint64_t size_ = 0, free_ = 0;
 };
 
@@ -55,14 +55,14 @@ struct DeviceOptions {
   bool present = false;                          // the device must support swapchains
   bool doubles = false;                          // the device must support double precision in shaders
   std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
-  // A headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty functions: Vulkan creates
-  // them.
+  // For headsets: the runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty functions: Vulkan
+  // creates them.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
 };
 
-/// Render thread.
+/// A Vulkan device with its queue and memory. Render thread.
 struct Device {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -71,12 +71,13 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  // Draw both eyes in one pass. Off for lavapipe 22.3, which has two bugs: clipped triangles lose their view index and
-  // appear in the other eye, and only the first layer of a multisampled pass is resolved.
+  // Draws both eyes in one pass. Off for lavapipe 22.3, which has two bugs: clipped triangles lose their view index
+  // and appear in the other eye, and only the first layer of a multisampled pass is resolved.
   bool multiview = true;
-  bool processor = false;  // the Vulkan device is a CPU (software renderer): draw with less effort
+  bool processor = false;  // the Vulkan device is a CPU (software renderer), so less is drawn
   int max_samples = 1;
-  VkPipelineCache pipelines = VK_NULL_HANDLE;  // pipelines stored between runs (driver_cache.h); null: none are stored
+  // pipelines that are stored between runs (driver_cache.h); null: none are stored
+  VkPipelineCache pipelines = VK_NULL_HANDLE;
 
   /// Throws Error with installation instructions if there is no Vulkan 1.3 device.
   static Device create(const DeviceOptions& options);
@@ -127,12 +128,13 @@ struct FrameRing {
   };
   std::array<Slot, kSlots> slots;
   std::uint64_t submitted = 0;  // number of the frame that is being recorded or was last submitted
-  std::uint64_t finished = 0;   // number of the last frame that the GPU has finished; earlier ones are finished, too
+  // number of the last frame that the GPU has finished; all earlier frames are finished, too
+  std::uint64_t finished = 0;
 
   static FrameRing create(Device& device);
   void destroy(Device& device);
 
-  /// Waits until the slot's previous frame has finished, then begins its command buffer.
+  /// Waits until the last frame in this slot has finished, then begins the slot's command buffer.
   VkCommandBuffer begin(Device& device);
   int slot() const { return static_cast<int>(submitted % kSlots); }
   /// Submits the commands to the queue; both semaphores may be null.

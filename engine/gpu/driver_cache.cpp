@@ -25,9 +25,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kList = "left-as";          // name of the file that lists all cache files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
-constexpr std::size_t kEmptyCacheBytes = 64;  // bytes; a smaller pipeline cache contains only a header or a checksum
-fs::path g_folder;                            // set before other threads start
-std::mutex g_mutex;                           // protects the cache folder
+// bytes, lower limit; a smaller pipeline cache contains only a header or a checksum
+constexpr std::size_t kEmptyCacheBytes = 64;
+fs::path g_folder;   // the cache folder; set before other threads start
+std::mutex g_mutex;  // protects the cache folder
 bool g_checked = false;
 std::set<fs::path> g_good;  // files whose hash was checked and is correct
 
@@ -42,7 +43,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Hash of each file in the folder except the list, by relative path.
+/// Hashes of all files in the folder except the list, by relative path.
 std::map<std::string, std::uint64_t> files_now() {
   std::map<std::string, std::uint64_t> files;
   std::error_code code;

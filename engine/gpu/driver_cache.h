@@ -15,7 +15,7 @@ void keep_driver_cache(const std::filesystem::path& folder);
 
 /// Removes the files that changed since they were stored. Call once per process, before a driver is loaded.
 void check_driver_cache();
-/// The device's stored pipelines, or an empty cache if none are stored; null if no folder is set.
+/// Opens the device's stored pipelines, or an empty cache if none are stored. Returns null if no folder is set.
 VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties);
 /// Stores the pipelines and destroys the cache object.
 void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties, VkPipelineCache pipelines);

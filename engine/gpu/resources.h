@@ -17,12 +17,13 @@ struct Buffer {
   VkDeviceSize size = 0;
   Allocation memory;
 
-  /// Memory that the host writes and the GPU reads.
+  /// Allocates memory that the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Memory that the GPU writes and the host reads. The GPU writes by copies, or by shaders if `usage` allows it.
+  /// Allocates memory that the GPU writes and the host reads. The GPU writes by copies, or by shaders if `usage`
+  /// allows it.
   static Buffer create_readback(Device& device, VkDeviceSize size,
                                 VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  /// GPU memory that the host does not access.
+  /// Allocates GPU memory that the host does not access.
   static Buffer create_local(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
   void destroy(Device& device);
   template <class T>
@@ -39,7 +40,8 @@ struct ImageOptions {
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-  bool mapped = false;  // linear rows in host-visible memory, so that a software renderer's picture needs no copy
+  // true: linear rows in host-visible memory, so that a software renderer's picture needs no copy
+  bool mapped = false;
 };
 
 struct Image {
@@ -96,7 +98,7 @@ struct ShaderInputs {
   /// all stages of the bindings.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
-  /// Call only while no frame reads the set.
+  /// Binds a buffer to a descriptor set. Call only while no frame reads the set.
   void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
   void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
 };
@@ -116,17 +118,18 @@ struct VertexAttribute {
 };
 
 struct PipelineOptions {
-  std::span<const std::uint32_t> vertex_shader, fragment_shader;  // SPIR-V; no fragment shader: depth only
+  // SPIR-V code; no fragment shader: only depth is drawn
+  std::span<const std::uint32_t> vertex_shader, fragment_shader;
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::vector<VkVertexInputBindingDescription> bindings;
-  std::vector<VertexAttribute> attributes;  // locations 0, 1, 2 …
+  std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the front face is set at recording time
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;
   VkCompareOp depth_compare = VK_COMPARE_OP_LESS_OR_EQUAL;
-  bool blend = false;  // premultiplied alpha
+  bool blend = false;  // blends with premultiplied alpha
   bool color_write = true;
   float depth_bias = 0, depth_bias_slope = 0;
   int samples = 1;

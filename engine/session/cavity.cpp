@@ -14,7 +14,8 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kNewSurface = 0.75;             // voxels below the old surface from which a surface counts as new
+// voxels, threshold: a surface that lies deeper than this below the old surface counts as new
+constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);  // limit: a floor's normal is within 30° of the axis
 constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall deviates by less than 30° from the axis
 // A facet lies on one face if the gradient around it is at least this long and within 10° of the facet's normal.
@@ -22,7 +23,7 @@ constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall 
 // rippled floor, and its mean depth would depend on which half.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// Lower limit of the gradient's length where a wall's inclination is measured; a shorter gradient means that the
+// Lower limit of the gradient's length where a wall's inclination is measured. A shorter gradient means that the
 // stencil spans an edge.
 constexpr double kLeastGradient = 0.98;
 constexpr double kRounding = 1e-9;     // voxels, tolerance for rounding
@@ -121,7 +122,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q = p - mean: |q|² = 2 q·c + k. The normal equations separate, and k is the mean of |q|².
+  // With q = p - mean, the equation is |q|² = 2 q·c + k. The normal equations separate, and k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -153,8 +154,8 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 
 /// The margins: curves on the old surface that bound the cut. Each curve is a list of points in order. Voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  // On the old surface the depth of the cut is after - before. It is zero where no tissue was cut, and increases from
-  // the margin.
+  // Computes the margins: curves on the old surface that bound the cut. Each curve is a list of points in order.
+  // Voxels.
   constexpr double kLevel = 0.5;           // voxels, depth that defines the margin
   using Key = std::array<std::size_t, 4>;  // identifies a point on the edge between two points of the surface
   struct End {
@@ -183,7 +184,8 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connect the segments from end to end. Start with the open curves, so that no open curve is started in its middle.
+  // Connects the segments from end to end. Starts with the open curves, so that no open curve is started in its
+  // middle.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -215,7 +217,7 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   double length = 0;
   for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
   if (length < 4 * sigma) return {0, 0};
-  // Resample the curve at equal distances.
+  // Resamples the curve at equal distances.
   const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
   const double step = length / static_cast<double>(count);
   std::vector<dvec3> even;
@@ -253,7 +255,7 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
 /// Narrowest width across the cavity's longer axis, in voxels, at height `w` along `axes.w`. The ends of the cavity are
 /// excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Compute the outline of the removed tissue as seen along the axis.
+  // Computes the outline of the removed tissue as seen along the axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -277,7 +279,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Compute the width of each section: the longest interval that is empty now, was tissue before, and ends at two
+  // Computes the width of each section: the longest interval that is empty now, was tissue before, and ends at two
   // walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
@@ -296,7 +298,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        walled = last < 0 && before_last < 0;  // the sample beside the interval was tissue and still is: a wall
+        walled = last < 0 && before_last < 0;  // the sample beside the interval was tissue and is still tissue: a wall
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
@@ -379,7 +381,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
-  // Compute the volumes. Each voxel counts by the fraction of its volume inside each surface.
+  // Computes the volumes. Each voxel counts by the fraction of its volume inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -400,8 +402,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Visit the final surface: its distance from the ideal, and its new parts. The inside of a pore is excluded, because
-  // no probe reaches it; the volumes above include pores.
+  // Visits the final surface to measure its distance from the ideal, and to find its new parts. The inside of a pore
+  // is excluded, because no probe reaches it; the volumes above include pores.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -425,8 +427,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is new if it lies clearly below the old surface. It is compared with the ideal if it was changed or
-    // should have been changed.
+    // A facet is new if it lies clearly below the old surface. A facet is compared with the ideal if it was changed
+    // or should have been changed.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -455,7 +457,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measure the floor.
+  // Measures the floor.
   double floor_height = 0;
   if (area_of(floor) >= kLeastArea) {
     std::vector<std::pair<double, double>> depths, heights;
@@ -483,7 +485,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     if (width) m.isthmus = *width * h;
   }
 
-  // Measure the walls.
+  // Measures the walls.
   if (area_of(walls) >= kLeastArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
@@ -493,8 +495,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measure the thickness of hard tissue behind the wall up to open air. If pulp comes before air, the wall is no
-      // outer wall.
+      // Measures the thickness of hard tissue behind the wall up to open air. If pulp comes before air, the wall is
+      // not an outer wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;
@@ -516,7 +518,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measure the margin.
+  // Measures the margin.
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);
@@ -525,7 +527,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   }
   if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
 
-  // Measure the distance to the pulp.
+  // Measures the distance to the pulp.
   if (!known.to_pulp.empty()) {
     double exposed = 0;
     for (const Facet& f : fresh) {

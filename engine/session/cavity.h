@@ -1,5 +1,5 @@
-// Geometry of a preparation: compares the removed (or added) tissue with the ideal. Pure functions of dense fields,
-// with no error beyond the error of the fields; without haptics or surface mesher. Lengths in metres.
+// Geometry of a preparation: compares the removed (or added) tissue with the ideal. Pure functions of dense fields;
+// they add no error to that of the fields, and use neither haptics nor the surface mesher. Lengths in metres.
 #pragma once
 
 #include <optional>
@@ -27,15 +27,17 @@ struct Place {
   dvec3 p_W{0};      // valid if depth > 0
 };
 
-/// SI units. A measure that does not apply to this preparation (no floor, no pulp …) is absent.
+/// Measures of a preparation in SI units. A measure that does not apply to this preparation (no floor, no pulp …) is
+/// absent.
 struct CavityMeasures {
   bool has_ideal = false;
-  double wanted = 0;        // m³ that the ideal removes or adds
+  double wanted = 0;        // m³, volume that the ideal removes or adds
   double done = 0;          // m³, completed part of `wanted`
-  double over_volume = 0;   // m³ of missing tissue that the ideal keeps (or adds)
-  double under_volume = 0;  // m³ of remaining tissue that the ideal removes (or too much filling)
-  Place over, under;        // largest deviations of the surface into the tissue and out of it
-  // m rms, distance from the ideal's surface over all parts that changed or should have changed, without closed pores
+  double over_volume = 0;   // m³, volume of missing tissue that the ideal keeps (or adds)
+  double under_volume = 0;  // m³, volume of remaining tissue that the ideal removes, or of excess filling
+  Place over, under;        // largest deviations of the surface: into the tissue (over) and out of it (under)
+  // m rms, distance from the ideal's surface over all parts that changed or should have changed; closed pores do not
+  // count
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of new surface
@@ -55,10 +57,11 @@ struct CavityMeasures {
     double radius = 0;  // m
     dvec3 axis_W{0};    // unit, out of the opening: the mean of the new surface's normals
   };
-  std::optional<Cup> cup;              // sphere fitted to the new surface, for a reamed socket
-  std::optional<double> cup_offset;    // m, distance between the centres of cup and ideal cup
-  std::optional<double> cup_tilt;      // rad, angle between the axes of cup and ideal cup
-  std::optional<double> kept_removed;  // m³ removed from tissue that must be kept; absent if there is no such tissue
+  std::optional<Cup> cup;            // sphere fitted to the new surface, for a reamed socket
+  std::optional<double> cup_offset;  // m, distance between the centres of cup and ideal cup
+  std::optional<double> cup_tilt;    // rad, angle between the axes of cup and ideal cup
+  // m³, volume removed from tissue that must be kept; absent if no tissue must be kept
+  std::optional<double> kept_removed;
 };
 
 /// m, limit of the measured distance to the pulp

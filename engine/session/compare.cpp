@@ -17,7 +17,7 @@ template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
                                   const Message& recorded) {
   using Cell = std::array<std::byte, 8>;
-  Message as_read;  // the replayed message as a reader would read it from a file
+  Message as_read;  // the replayed message, rounded as if it had been read from a file
   for (const Column<Message>& column : columns) {
     if (!column.in_file || !column.set) continue;
     Cell written{}, read{}, expected{};
@@ -35,9 +35,9 @@ std::string_view first_difference(const std::vector<Column<Message>>& columns, c
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded) {
   ServoTick comparable = replayed;
   comparable.cpu_time = recorded.cpu_time;
-  comparable.X_WT = recorded.X_WT;  // the replay's input
+  comparable.X_WT = recorded.X_WT;  // the hand's pose is the replay's input, so it is not compared
   comparable.pedal = recorded.pedal;
-  // The recording also contains fault bits from limits of the device.
+  // The recording also contains fault bits that come from limits of the device.
   constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));
   return first_difference(tick_columns(), comparable, recorded);

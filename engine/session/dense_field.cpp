@@ -10,9 +10,10 @@ namespace typodont::session {
 namespace {
 
 constexpr float kRefineLimit =
-    20;  // voxels, largest distance to refine; beyond it the spacing of the seeds has no effect
+    // voxels, limit of the distances that are refined; for larger distances the spacing of the seeds has no effect
+    20;
 constexpr float kUnchangedBand =
-    1.8f;  // voxels, distance up to which the field keeps its own values; longer than a voxel's diagonal
+    1.8f;  // voxels, limit of the distance up to which the field keeps its own values; longer than a voxel's diagonal
 
 /// Propagates the nearest seed to every voxel, from neighbour to neighbour, in sweeps in all eight directions.
 /// `closer(to, from)` gives the seed of `from` to `to` if this seed is nearer.
@@ -75,7 +76,8 @@ DenseField redistanced(const DenseField& field) {
   std::vector<glm::vec3> closest(count);
   std::vector<float> best(count, kFar);
 
-  // Seeds: a voxel with a neighbour of the other sign gets its closest point on the surface from its own gradient.
+  // Seeds are voxels with a neighbour of the other sign. Each gets its closest point on the surface from its own
+  // gradient.
   const auto inside = [&](int x, int y, int z) { return field.distance[field.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -103,8 +105,8 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // The propagated point is the closest of the seeds. Move it along the surface to the point that is closest to the
-  // voxel.
+  // The propagated point is the closest of the seeds. It is now moved along the surface to the point that is closest
+  // to the voxel.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

@@ -18,7 +18,8 @@ struct ExploreMeasures {
   double explored = 0;  // fraction of the region's surface that the tip explored, 0..1
 };
 
-/// Feed ticks in order. The trainee sets a mark by pressing the pedal while the tip touches the tissue.
+/// Measures an exploration. Pass ticks in order. The trainee sets a mark by pressing the pedal while the tip touches
+/// the tissue.
 class ExploreMeter {
  public:
   /// `region`: voxels whose surface must be explored; empty: the whole surface.
@@ -30,7 +31,7 @@ class ExploreMeter {
  private:
   VoxelFrame frame_;
   DenseField surface_;
-  std::vector<int> lesion_;  // for each voxel the number of its lesion 1, 2 …; 0: no lesion
+  std::vector<int> lesion_;  // for each voxel: number of its lesion 1, 2 …; 0: no lesion
   std::vector<bool> to_explore_, explored_;
   std::size_t surface_count_ = 0, explored_count_ = 0;
   std::vector<bool> found_;  // for each lesion: true if a mark found it

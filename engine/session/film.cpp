@@ -24,8 +24,8 @@ namespace typodont::session {
 
 namespace {
 
-/// Starts the program `arguments` with standard input from `input` (-1: no input) and standard error to `log`. Returns
-/// -1 if the program cannot be started.
+/// Starts the program `arguments`. Its standard input comes from `input` (-1: no input), its standard error goes to
+/// `log`. Returns -1 if the program cannot be started.
 pid_t start(const std::vector<std::string>& arguments, int input, const std::filesystem::path& log) {
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -118,7 +118,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   }
   ffmpeg = *found;
   frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 3;
-  // A socket instead of a pipe, because send() can suppress the signal SIGPIPE if the encoder has ended.
+  // Uses a socket instead of a pipe, because send() can suppress the signal SIGPIPE if the encoder has ended.
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     message = fmt::format("no film: {}", std::strerror(errno));
@@ -127,7 +127,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format",
                    "rgb24", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
                    fmt::format("{}", options.fps), "-i", "pipe:0",
-                   // Every player decodes 4:2:0, which needs even width and height.
+                   // Every player can decode 4:2:0, and this format requires even width and height.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
                    "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", parts->pictures.path().string()},
                   ends[0], parts->log.path());

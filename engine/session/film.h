@@ -1,5 +1,5 @@
-// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg there is no film, but a
-// message.
+// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg, no film is made, and
+// a message says so.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +25,12 @@ class FilmWriter {
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  /// `rgb`: width × height × 3 bytes, rows from the top, sRGB. False if there is no running encoder.
+  /// Adds a frame. `rgb`: width × height × 3 bytes, rows from the top, sRGB. Returns false if no encoder is running.
   bool add(std::span<const std::uint8_t> rgb) noexcept;
-  /// Adds the sound if `wav` is given, and makes the file. True if the film exists; otherwise message() gives the
-  /// reason.
+  /// Adds the sound if `wav` is given, and completes the file. Returns true if the film exists; otherwise message()
+  /// gives the reason.
   bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;
-  /// The reason why there is no film or why the film is incomplete; empty if the film is complete.
+  /// The reason why no film exists or why the film is incomplete; empty if the film is complete.
   const std::string& message() const noexcept;
 
  private:

@@ -27,7 +27,7 @@ constexpr double kLargestProtrusion = 1e-3;   // m, limit: a placed implant or s
 constexpr double kInsertionSpeed = 0.1e-3;    // m/s, limit: a faster tool along the plan's axis moves into the bone
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the speed along the axis
 constexpr double kAtSite = 3e-3;              // m, limit: a mark within this distance of the plan's axis is at the site
-constexpr double kOffAxisFrom = 1e-3;         // m, depth from which the axis is checked
+constexpr double kOffAxisFrom = 1e-3;         // m, lower limit of the depth at which the axis is checked
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
@@ -53,7 +53,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m
+  constexpr double kStep = 0.05e-3;  // m, length of a step
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];
@@ -106,7 +106,7 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // A tool outside a bed heats at least the bone around a bed that is as deep as wide.
+  // If a tool is outside a bed, it heats at least the bone around a bed that is as deep as wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
@@ -141,7 +141,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   switch (phase.deed) {
     case ImplantAction::kSmooth:
     case ImplantAction::kMark:
-      // enough bone was removed, and the bur has left the bone
+      // the phase's goal is met: enough bone was removed, and the bur has left the bone
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
@@ -202,7 +202,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Pulling out the last phase's tool is not work. A tool works if it cuts or moves deeper.
+  // Pulling out the last phase's tool does not count as work. A tool works if it cuts or moves deeper.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
@@ -231,7 +231,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // Compute the bed's geometry from the positions of the drills in it.
+  // Computes the bed's geometry from the positions of the drills in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -278,7 +278,7 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Intersect the bed's axis with the plan's platform.
+  // Intersects the bed's axis with the plan's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);

@@ -24,9 +24,10 @@ inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforat
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // middle of the lower end; axis_W: unit, into the bone
   double length = 0, radius = 0;        // m
-  /// m from a point to the surface, negative inside.
+  /// Distance from a point to the surface, m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// The least distance of the points of a polyline. It is at most 1 µm too large where it is 0.3 mm or more.
+  /// The least distance of the points of a polyline from the surface, m. Where the result is 0.3 mm or more, it is at
+  /// most 1 µm too large.
   double distance(std::span<const dvec3> path_W) const;
 };
 
@@ -52,7 +53,7 @@ struct ImplantPhase {
   ImplantAction deed = ImplantAction::kDrill;
   std::uint32_t tool = 0;  // index among the session's tools
   double depth = 0;        // m, required depth of the tool's tip below the plan's entry
-  double volume = 0;       // m³ to remove, for kSmooth and kMark
+  double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
   double speed = 0;        // rad/s, speed limit of the tool; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
 };
@@ -67,8 +68,8 @@ struct NeighbourRoot {
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;     // m, for each tool the distance from its origin to its tip
-  std::vector<double> radius;  // m, for each tool its radius
+  std::vector<double> tip;     // m, for each tool: distance from its origin to its tip
+  std::vector<double> radius;  // m, for each tool: radius
   double greatest_force = 0;   // N, limit; time with a larger force counts as over-force
   double greatest_angle = 0;   // rad, limit for the angle to the plan's axis; beyond it the trainee is warned
   double depth_tolerance = 0;  // m, limit for excess depth; beyond it the trainee is warned
@@ -78,7 +79,7 @@ struct ImplantTask {
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// Follows a hand through the phases. Feed ticks in order. add() never allocates.
+/// Follows a hand through the phases. Pass ticks in order. add() never allocates.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);
@@ -89,7 +90,7 @@ class ImplantMeter {
   std::size_t phase() const { return phase_; }
   /// The note shown to the trainee now.
   ImplantNote note() const { return note_; }
-  /// m, depth of the tip below the plan's entry, along the plan's axis.
+  /// Depth of the tip below the plan's entry, along the plan's axis, m.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // °C
   const ImplantTask& task() const { return task_; }
@@ -115,7 +116,7 @@ class ImplantMeter {
   bool works_ = false;                              // true if the tool in the hand is working on the bone
   double last_depth_ = 0;                           // m
   double insertion_speed_ = 0;                      // m/s, smoothed speed along the plan's axis
-  // Force curve of this phase. When the curve is full, its resolution is halved.
+  // Force curve of this phase. When the curve has no free bin, its resolution is halved.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;

@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Notes that are shown immediately during the exercise.
+/// Notes that are shown to the trainee immediately during the exercise.
 enum class ImplantNote {
   kNone,
   kWrongTool,
@@ -25,9 +25,9 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Bone temperature at the drill. The model is a mass of bone around the bed. A fraction of the cutting power heats it,
-/// and it cools towards body temperature. The parameters are estimates, except the threshold: Eriksson & Albrektsson, J
-/// Prosthet Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
+/// Bone temperature at the drill. The model is a mass of bone around the bed: a fraction of the cutting power heats
+/// this mass, and the mass cools towards body temperature. The parameters are estimates, except the threshold:
+/// Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
 struct HeatModel {
   // fraction of the cutting power that heats the bone; the chips remove the rest of the heat
   static constexpr double fraction = 0.3;
@@ -49,7 +49,7 @@ struct ImplantPhaseMeasures {
   bool done = false, skipped = false;
   double began = -1, ended = -1;                  // s, times of the first contact and of the end; negative: not yet
   double force_max = 0;                           // N
-  double over_force = 0;                          // s, time above the force limit
+  double over_force = 0;                          // s, time for which the force was above its limit
   double depth = 0;                               // m, largest depth below the plan's entry
   double hottest = HeatModel::body;               // °C, highest temperature
   std::array<double, kImplantNoteCount> noted{};  // s, display time of each note
@@ -75,7 +75,7 @@ struct ImplantMeasures {
   bool placed = false;
   double insertion_torque = 0;       // N·m, largest torque while the implant was inserted
   double bone_contact = -1;          // fraction of the implant's surface in contact with bone; negative if unknown
-  double over_force = 0;             // s, time above the force limit
+  double over_force = 0;             // s, time for which the force was above its limit
   double hottest = HeatModel::body;  // °C, highest temperature
   double phases_done() const;        // completed fraction of the phases
 };

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kFormat = "typodont_packing";
 constexpr std::uint64_t kVersion = 1;
-// limit; more spheres would need over half a gigabyte and indicate a damaged file
+// limit of the number of spheres; more spheres would need over half a gigabyte and indicate a damaged file
 constexpr hsize_t kMostSpheres = 16'000'000;
 
 std::string checksum_of(const SpherePacking& p) {
@@ -41,8 +41,8 @@ bool write_array(hid_t file, const char* name, hid_t type, hsize_t rows, hsize_t
   return dataset && H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
 }
 
-/// Reads a dataset with `columns` columns and checks it. `rows` = 0 allows any number of rows from 1. Calls
-/// resize(rows) to get the memory.
+/// Reads a dataset with `columns` columns and checks it. `rows`: required number of rows; 0 allows any number from 1.
+/// Calls resize(rows) to get the memory.
 template <class Resize>
 void read_array(hid_t file, const std::string& path, const char* name, H5T_class_t kind, hid_t type, hsize_t rows,
                 hsize_t columns, Resize&& resize) {
@@ -55,7 +55,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
   if (link.type != H5L_TYPE_HARD) refuse("a link to other data");
   H5 dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
   if (!dataset) refuse(h5_reason());
-  // Refuse external storage and virtual datasets, because such a file could expose the content of other files.
+  // Refuses external storage and virtual datasets, because such a file could expose the content of other files.
   H5 layout(H5Dget_create_plist(dataset.get()), H5Pclose);
   if (H5Pget_layout(layout.get()) != H5D_CONTIGUOUS || H5Pget_external_count(layout.get()) != 0) {
     refuse("data outside of the file");
@@ -69,7 +69,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
-  // Do not reserve more memory than the file's data can fill.
+  // The reserved memory must not exceed the memory that the file's data can fill.
   if (H5Dget_storage_size(dataset.get()) < extent[0] * columns * H5Tget_size(stored.get())) refuse("fewer numbers");
   void* to = resize(static_cast<std::size_t>(extent[0]));
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());

@@ -13,7 +13,7 @@ namespace typodont::session {
 /// "tissue_hash", "max_radius_m", "largest_hole_m" and "checksum" (FNV-1a over all of these except format and version).
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing);
 
-/// Throws Error if the file is not a packing, is damaged, or contains an impossible sphere.
+/// Reads a packing. Throws Error if the file is not a packing, is damaged, or contains an impossible sphere.
 SpherePacking load_packing(const std::filesystem::path& file);
 
 }  // namespace typodont::session

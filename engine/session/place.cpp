@@ -12,9 +12,11 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kSquare = 0.05;   // limit for |cosine| of the angle between mesial and buccal
-constexpr double kLevel = 0.7;     // limit: at a larger cosine to the axis the surface is a floor, not a wall
-constexpr double kCentral = 0.25;  // fraction of the work's half width; closer to its middle is "central"
+constexpr double kSquare = 0.05;  // limit of the |cosine| of the angle between mesial and buccal
+// limit of the cosine to the axis: with a larger cosine, the surface is a floor, not a wall
+constexpr double kLevel = 0.7;
+// fraction of the work's half width: a point closer to the middle than this is "central"
+constexpr double kCentral = 0.25;
 
 /// Extent of all tissue that was changed or should have been changed.
 struct Work {
@@ -54,7 +56,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// Sides counter-clockwise from mesial in steps of 45°; buccal is at 90°.
+/// The sides are listed counter-clockwise from mesial in steps of 45°; buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -88,8 +90,8 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
-  const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low)
-                                             : 0.5;  // 0 at the cervical end of the work, 1 at the occlusal end
+  // fraction of the work's height: 0 at its cervical end, 1 at its occlusal end
+  const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
   const bool level = glm::length(out) > 0 && glm::dot(out, in.axis_W) > kLevel * glm::length(out);
@@ -103,7 +105,8 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  constexpr double kSquarely = 0.95;  // limit: at a larger cosine the view counts as a view from that side
+  // limit of a cosine: with a larger cosine, the view counts as a view from that side
+  constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };
   if (along(axis_W) > kSquarely) return "occlusal";

@@ -17,15 +17,15 @@ struct ToothSides {
   dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};  // unit, perpendicular to each other
 };
 
-/// Reads a scene's "tooth": {"mesial": [x, y, z], "buccal": [x, y, z]}; no value if the scene has no "tooth". Throws
-/// Error.
+/// Reads a scene's "tooth": {"mesial": [x, y, z], "buccal": [x, y, z]}; returns no value if the scene has no "tooth".
+/// Throws Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
-/// Keys of the text catalogue (after the prefix "place."); the same in every language.
+/// A name as keys of the text catalogue (after the prefix "place."); the keys are the same in every language.
 struct PlaceName {
   std::string_view part;  // floor, wall (of a cavity), occlusal, axial, shoulder (of a crown or filling)
   std::string_view side;  // mesial, mesiobuccal, … as seen from the middle of the work; central near the middle
-  // occlusal, middle or cervical third of the work's height along the axis; empty on a floor, a shoulder or the
+  // third of the work's height along the axis: occlusal, middle or cervical; empty on a floor, a shoulder or the
   // occlusal surface
   std::string_view third;
 };

@@ -28,7 +28,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, limit for all datasets
+constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, limit of the size of a chunk, for all datasets
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -151,8 +151,8 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
   // Rows are written in order, so each column needs a cache only for its present chunk. HDF5's default of 1 MB per
-  // column would use 50 MB for nothing. The cache size is set for the whole file, because SWMR opens the datasets again
-  // and loses their own settings.
+  // column would waste 50 MB. The cache size is set for the whole file, because SWMR opens the datasets again and
+  // loses their own settings.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
@@ -169,7 +169,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   if (!options.whole_or_nothing) {
     try {
       if (journal) {
-        // Remove the journal of an earlier recording with this name.
+        // Removes the journal of an earlier recording with this name.
         std::error_code code;
         if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
         journal->start();
@@ -243,7 +243,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   // A chunk of ticks becomes full shortly before a flush is due, and that flush writes it. So each chunk is written
-  // only once, and the fixed cost of a flush occurs twice per second. This holds if the servo reaches at least nine
+  // only once, and the fixed cost of a flush occurs twice per second. This is true if the servo reaches at least nine
   // tenths of its rate.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
@@ -380,7 +380,8 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
 std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
   if (options.free_bytes) return options.free_bytes();
   struct statvfs space {};
-  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;  // if it is unknown, the write itself will fail
+  // if the free space is unknown, only the write itself can fail
+  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;
   return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
 
@@ -625,7 +626,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     }
     s.write_table(s.pictures, s.status.lost.pictures_disk);
     good = s.write_lost() && good;
-    // "complete" is written last, after all other data is in the file.
+    // "complete" is written last, when the file contains all other data.
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {

@@ -36,7 +36,7 @@ struct ReportOptions {
   Verification verification;
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session
   std::optional<Score> score;                 // no value: score_session() computes it
-  std::optional<ScoreInput> input;            // input of the score, if it contains more measures than the file
+  std::optional<ScoreInput> input;            // input of the score, if it contains more measures than the session file
   std::optional<ResultModel> result, ideal;   // final surface with its deviation; surface of the ideal
   std::optional<Preparation> preparation;     // geometry for the drawings of sections
   bool encloses_nothing = false;              // true if the tissue is an open surface: only removed tissue has a volume
@@ -50,16 +50,16 @@ SessionPicture read_picture(const std::filesystem::path& png, std::string_view n
 /// Volumes, hand measures and result of a session, as far as the session contains them. Without a result, the final
 /// volumes are the initial volumes minus the removed volumes in the ticks.
 ScoreInput score_input(const SessionReader& session);
-/// Score by the rules in the session's scene.
+/// Computes the score by the rules in the session's scene.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// If `score` has no value, score_session() computes it.
+/// Makes a summary. If `score` has no value, score_session() computes the score.
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
-/// A trainee's sessions as one page: the development of the score and of its main items over time, separately for each
-/// scene.
+/// A trainee's sessions as one page. For each scene separately, it shows the development of the score and of its main
+/// items over time.
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
 
 }  // namespace typodont::session

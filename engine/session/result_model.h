@@ -1,5 +1,5 @@
-// The final surface as triangles for the report. The reader can rotate it, and pictures of it are drawn without a
-// graphics card.
+// The final surface as triangles for the report. The reader can rotate this surface, and pictures of it are drawn
+// without a graphics card.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace typodont::session {
 
-/// Tissue labels on a grid, for the cut face of a section; air where there was never tissue.
+/// Tissue labels on a grid, for the cut face of a section; air where tissue never existed.
 struct TissueLabels {
   VoxelFrame frame;            // sample (0,0,0) lies at the frame's origin
   glm::ivec3 size{0};          // number of samples; 0: no labels
@@ -25,7 +25,7 @@ struct ResultModel {
     glm::vec3 p_W{0};  // m
     glm::vec3 n{0};    // unit, out of the tissue
     Tissue tissue = Tissue::kAir;
-    float off = 0;  // m, distance from the ideal's surface; above 0: too much is left, below 0: cut too deep
+    float off = 0;  // m, distance from the ideal's surface; above 0: too much tissue remains, below 0: cut too deep
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise as seen from outside

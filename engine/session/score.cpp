@@ -23,7 +23,7 @@ constexpr double kLeastRemoved = 1e-15;  // m³, limit; a contact that removed l
 
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Second-order Butterworth high-pass filter by the bilinear transform, pre-warped.
+  // Computes a second-order Butterworth high-pass filter by the bilinear transform, pre-warped.
   const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = norm;
@@ -39,7 +39,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      filter_ = {p, p, dvec3(0), dvec3(0)};  // start the filter in the state of a hand at rest, to avoid a step
+      filter_ = {p, p, dvec3(0), dvec3(0)};  // starts the filter in the state of a hand at rest, to avoid a step
     }
     t_last_ = tick.t;
     ++ticks_;
@@ -100,13 +100,14 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// Tissue that should be kept: everything except caries and old fillings.
+/// True for tissue that should be kept: all tissue except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
-constexpr double kMm3 = 1e9;             // mm³ per m³
-constexpr double kEnoughExplored = 0.9;  // fraction of the surface that is sufficient; the tip cannot reach the rest
+constexpr double kMm3 = 1e9;  // mm³ per m³
+// fraction of the surface that counts as fully explored; the tip cannot reach the rest
+constexpr double kEnoughExplored = 0.9;
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
@@ -121,7 +122,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Difference from the ideal, from the voxels if they were measured, otherwise from the volumes per tissue.
+/// Volume of the difference from the ideal: from the voxels if they were measured, otherwise from the volumes per
+/// tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -170,8 +172,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-constexpr double kLeastMeasured = 1e-6;  // limit in the measure's unit; smaller values are rounding errors
-constexpr double kLeastChanged = 1e-12;  // m³ removed or added; a smaller volume counts as no work
+constexpr double kLeastMeasured = 1e-6;  // lower limit in the measure's unit; smaller values are rounding errors
+// m³, limit of the removed or added volume; a smaller volume counts as no work
+constexpr double kLeastChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
@@ -314,11 +317,10 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. For an exploration, half of it is the fraction of lesions found, and half the
-/// fraction of the surface explored. For an implant exercise, it is the completed fraction of the phases. With an
-/// ideal, it is the completed fraction of the ideal's changes; without an ideal, the removed fraction of the caries. In
-/// all other cases, the task is complete as soon as any tissue was cut or filled, so that an idle session earns no
-/// points.
+/// Completed fraction of the task. For an exploration, it is the mean of two fractions: the lesions found, and the
+/// surface explored. For an implant exercise, it is the completed fraction of the phases. With an ideal, it is the
+/// completed fraction of the ideal's changes; without an ideal, the removed fraction of the caries. In all other
+/// cases, the task is complete as soon as any tissue was cut or filled, so that an idle session earns no points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -436,7 +438,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Measures of a perfect hand that leaves the tissue equal to the ideal.
+/// Measures of a perfect hand, which leaves the tissue equal to the ideal.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -506,8 +508,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may leave caries or open the pulp. The ideal's value is then the target, so that the ideal gets the full
-    // score.
+    // An ideal may leave caries or open the pulp. In this case the ideal's value is the target, so that the ideal
+    // gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -557,8 +559,9 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // Hyperbolic, so that a worse value always costs more points.
-    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // fraction of the full points
+    // The function is hyperbolic, so that a worse value always costs more points.
+    // fraction of the item's full points
+    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));
   }
@@ -569,7 +572,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     sum += item.points;
   }
   total.full = weights > 0 ? 100 : 0;
-  total.points = std::min(total.full, total.completion * sum);  // the sum may be slightly above 100 by rounding
+  total.points = std::min(total.full, total.completion * sum);  // the sum may slightly exceed 100 because of rounding
   return total;
 }
 

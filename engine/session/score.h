@@ -29,7 +29,7 @@ struct HandMeasures {
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
-/// Feed ticks in order, in pieces of any size. The memory does not grow with the session's length.
+/// Measures the hand. Pass ticks in order, in pieces of any size. The memory does not grow with the session's length.
 class HandMeter {
  public:
   explicit HandMeter(double servo_rate);
@@ -49,7 +49,7 @@ class HandMeter {
   Nanos t_first_ = 0, t_last_ = 0;
   std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
-  // Path length: the mean positions of short intervals are connected.
+  // Path length: the sum of the distances between the mean positions of short intervals.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
@@ -63,15 +63,15 @@ class HandMeter {
 
 /// Damage that a rotating bur did to the surroundings of the working tooth.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;         // true if the scene has neighbouring teeth; true if it has gum
-  double neighbour_volume = 0, gum_volume = 0;  // m³ of neighbours and of gum that the bur entered
+  bool neighbours = false, gum = false;         // true if the scene has neighbouring teeth; true if the scene has gum
+  double neighbour_volume = 0, gum_volume = 0;  // m³, volume of neighbours and volume of gum that the bur entered
   double first = -1;                            // s, time of the first touch; negative: no touch
 };
 
 struct ScoreInput {
   PerTissue before{};              // m³
   PerTissue after{};               // m³
-  std::optional<PerTissue> ideal;  // m³ of the ideal result
+  std::optional<PerTissue> ideal;  // m³, volume of each tissue in the ideal result
   // 0..1, for each tissue the mean hardness of its removed part as a fraction of the tissue's own hardness; 0 if
   // nothing was removed. Absent for tissue of uniform hardness.
   std::optional<PerTissue> removed_hardness;
@@ -91,7 +91,8 @@ inline constexpr std::string_view kDefaultPassSource =
 /// The side of the target on which a value loses points.
 enum class Best { kAtMost, kAtLeast, kNear };
 
-/// A deviation of `tolerance` from the target halves the points; a deviation of twice the tolerance leaves a third.
+/// A rule of the score. A deviation of `tolerance` from the target halves the points; a deviation of twice the
+/// tolerance leaves a third.
 struct ScoreRule {
   std::string name;  // one of known_score_names()
   double target = 0;
@@ -100,7 +101,7 @@ struct ScoreRule {
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // literature source of target and tolerance
-  bool asked = false;  // true if the task names this rule: an absent measure (no floor …) then earns no points
+  bool asked = false;  // the task names this rule: an absent measure (no floor …) then earns no points
 };
 
 struct ScoreItem {
@@ -111,7 +112,7 @@ struct ScoreItem {
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
-  double points = 0;  // points of this item, 0 .. full
+  double points = 0;  // points of this item, 0 to full
   double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
 };
 
@@ -123,11 +124,11 @@ struct PassMark {
 
 struct Score {
   std::vector<ScoreItem> items;
-  double points = 0;  // 0 .. full: the sum of the items' points, times the completed fraction of the task
+  double points = 0;  // points, 0 to full: the sum of the items' points, times the completed fraction of the task
   double full = 0;    // 100; 0 if no item counts
-  // Completed fraction of the task: of the ideal's changes, of the lesions found and the surface explored, or of the
-  // caries; otherwise 1 if any tissue was cut or filled. It scales the sum of the items' points. So careful inactivity
-  // earns no points, while a perfect item still shows its full points.
+  // Completed fraction of the task, which scales the sum of the items' points. It is the fraction of the ideal's
+  // changes, of the lesions found and the surface explored, or of the caries; otherwise 1 if any tissue was cut or
+  // filled. So careful inactivity earns no points, while a perfect item still shows its full points.
   double completion = 1;
   PassMark pass;
 
@@ -140,26 +141,27 @@ struct Score {
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Default target of a measure without a rule and without an ideal; no value if there is no default.
+/// Default target of a measure for which neither a rule nor an ideal exists; no value if there is no default.
 std::optional<double> default_target(std::string_view score_name);
 
 /// The rules for a scene without rules of its own.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// Reads a scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults":
-/// true}. Rules replace the defaults of the same name; "defaults": false starts without defaults. A rule without a
-/// target uses the ideal's own value. If it concerns the hand, or if there is no ideal, it uses the default target. If
-/// the ideal itself would miss a default target, the ideal's value replaces that target. Throws Error.
-std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// Reads the same keys from a "task", which also has other keys.
-std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// Checks names, kinds and ranges; this needs no session. Throws Error.
-void check_rules(const Json& block);
-/// Reads the "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}; the default if it is missing.
+/// Reads a scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…],
+/// "defaults": true}. Rules replace the defaults of the same name; "defaults": false starts without defaults. A rule
+/// without a target uses the ideal's own value. If the rule concerns the hand, or if there is no ideal, the rule uses
+/// the default target. If the ideal itself would miss a default target, the ideal's value replaces that target.
 /// Throws Error.
+std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
+/// Reads the same keys from a "task", which may also have other keys.
+std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
+/// Checks names, kinds and ranges; this requires no session. Throws Error.
+void check_rules(const Json& block);
+/// Reads the "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}. If "pass" is missing, returns
+/// the default. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Items with an unknown value (no ideal, no caries, no pulp distance) are omitted together with their weight, unless
-/// the task requires them.
+/// Computes the score. Items with an unknown value (no ideal, no caries, no pulp distance) are omitted together with
+/// their weight, unless the task requires them.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// The contents of a recorded session besides the servo's messages: plain data for writer and reader.
+// The data of a recorded session except the servo's messages: plain data for writer and reader.
 #pragma once
 
 #include <cstdint>
@@ -34,14 +34,14 @@ struct StreamSpec {
 
 /// Data known before the first tick: all data besides the ticks that a replay needs.
 struct SessionHeader {
-  std::string scene_json;                                    // the complete scene, with all overrides
-  std::string rig_json;                                      // the complete rig; empty without one
+  std::string scene_json;                                    // the complete scene as JSON, with all overrides
+  std::string rig_json;                                      // the complete rig as JSON; empty if there is no rig
   std::vector<SourceFile> files;                             // the files from which scene and rig were built
   std::string hand;                                          // the device's address, e.g. "script:hand.csv"
   std::string trainee;                                       // free text; empty: unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // seeds of all random generators, by name
-  std::vector<std::string> tools;                            // names or inline JSON; Cut::tool is an index
-  std::vector<StreamSpec> streams;                           // additional recorded streams
+  std::vector<std::string> tools;         // names or inline JSON of the tools; Cut::tool is an index into this list
+  std::vector<StreamSpec> streams;        // additional recorded streams
   std::string model = "offset";           // name of the contact model; its parameters are in the scene
   std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
   double servo_rate = 1000;               // Hz
@@ -50,8 +50,8 @@ struct SessionHeader {
   // Hz, highest frequency of the spindle's vibration that the hand's device rendered; a replay needs it
   double vibration_band = 0;
   double voxel = 0;            // m
-  PerTissue volumes_before{};  // m³, for each tissue at the start
-  std::string date;            // ISO 8601, UTC; empty: omitted (deterministic runs)
+  PerTissue volumes_before{};  // m³, volume of each tissue at the start
+  std::string date;            // ISO 8601, UTC; empty: omitted, as in deterministic runs
   std::string program_version = TYPODONT_VERSION;
   std::string compiler = compiler_of_this_build();
   static std::string compiler_of_this_build();
@@ -83,9 +83,10 @@ struct SessionEvent {
 
 /// Counts of data that did not reach the file. All counts are zero in a good session.
 struct Lost {
-  std::uint64_t ticks_ring = 0;  // ticks for which the ring to the recorder was full (slow disk or machine)
+  // ticks that were lost because the ring to the recorder was full (slow disk or machine)
+  std::uint64_t ticks_ring = 0;
   std::uint64_t cuts_ring = 0;
-  std::uint64_t ticks_disk = 0;  // ticks that reached the recorder, but the disk was full or failed
+  std::uint64_t ticks_disk = 0;  // ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t cuts_disk = 0;
   std::uint64_t other_disk = 0;     // patch uses, events and stream samples that the disk lost
   std::uint64_t other_ring = 0;     // patch uses, events and stream samples that a ring lost
@@ -96,27 +97,28 @@ struct Lost {
 /// The counts as text, for example "12 ticks, 1 pictures"; empty: no loss.
 std::string in_words(const Lost& lost);
 
-/// An interval in which ticks or cuts are missing although later ones exist: the disk was full, or the recorder was
-/// late.
+/// An interval in which ticks or cuts are missing although later ones exist. Cause: the disk was full, or the
+/// recorder was late.
 struct Gap {
   Nanos from = 0, to = 0;             // times of the last row before the gap and of the first row after it
   std::uint64_t after_tick = 0;       // index of the last tick before the gap
   std::uint64_t ticks = 0, cuts = 0;  // number of missing rows
   bool operator==(const Gap&) const = default;
 };
-/// The gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, the first three and the
-/// number of the other gaps.
+/// The gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, lists the first three
+/// and the number of the other gaps.
 std::string in_words(const std::vector<Gap>& gaps);
 
 /// A picture stored in the session for its report.
 struct SessionPicture {
-  std::string name;   // "before", "after", "during_2": the report sorts them and chooses their titles by name
+  // for example "before", "after", "during_2"; the report uses the name to sort pictures and to choose titles
+  std::string name;
   std::string title;  // title to show; empty: derived from the name
   std::vector<std::uint8_t> png;
   bool operator==(const SessionPicture&) const = default;
 };
 
-/// Data that is known only at the session's end.
+/// Data that is known only at the end of the session.
 struct SessionResult {
   PerTissue volumes_after{};  // m³
   bool has_volumes = false;

@@ -33,7 +33,7 @@ struct ColumnName {
 /// One table of the file, opened for reading. Only intact rows are visible.
 class TableReader {
  public:
-  /// `salvage`: the file was cut off, so determine the readable length of every column.
+  /// Opens the table. `salvage`: the file was cut off, so the readable length of every column is determined.
   void open(const std::filesystem::path& file, hid_t root, const std::string& path,
             const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
@@ -99,7 +99,7 @@ class TableReader {
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
   }
 
-  /// True if all chunks were written. A missing chunk would read as zeros without an error.
+  /// True if the writer wrote all chunks. A missing chunk would read as zeros without an error.
   static bool all_chunks_written(const H5& dataset, hsize_t rows) {
     H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
     H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -296,7 +296,8 @@ void SessionReader::Impl::open() {
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut during a flush leaves a journal: read a copy of the file that includes the journal's changes.
+  // A power cut during a flush leaves a journal. In this case, read a copy of the file that includes the journal's
+  // changes.
   if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
     marked = true;
     if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
@@ -335,7 +336,7 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // Open the ticks first, so that the cuts and patches of an active writer are at least as advanced as the ticks.
+  // Opens the ticks first, so that the cuts and patches of an active writer are at least as advanced as the ticks.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
@@ -379,16 +380,18 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
-  std::uint64_t servo_laws = 1;  // older files lack this attribute; their version is 1
+  std::uint64_t servo_laws = 1;  // older files lack this attribute; they were recorded with version 1
   get_attribute(root, "servo_laws", servo_laws);
   header.servo_laws = static_cast<std::uint32_t>(servo_laws);
   if (servo_laws < 1 || servo_laws > kServoLaws)
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  get_attribute(root, "model", header.model);                       // older files lack it: there was only one model
-  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files lack it: there was no vibration
-  get_attribute(root, "position_step_m", header.position_step);     // older files lack it: speeds came from differences
+  get_attribute(root, "model", header.model);  // older files lack this attribute; only one model existed then
+  // older files lack this attribute; vibration did not exist then
+  get_attribute(root, "vibration_band_Hz", header.vibration_band);
+  // older files lack this attribute; speeds were computed from differences then
+  get_attribute(root, "position_step_m", header.position_step);
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  std::uint64_t gives_torque = 1;  // older files lack it: every device's torque was used
+  std::uint64_t gives_torque = 1;  // older files lack this attribute; the torque of every device was used then
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
@@ -477,7 +480,7 @@ void SessionReader::Impl::read_result() {
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;
-  std::uint64_t end = 0;  // end of the previous picture; pictures must not overlap
+  std::uint64_t end = 0;  // end of the previous picture, because pictures must not overlap
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (offsets[i] < end || offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
       throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes of another one or beyond the end",
@@ -492,7 +495,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Check the columns that reveal gaps for all ticks; other columns are checked when they are read.
+  // Checks the columns that reveal gaps, for all ticks. Other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -528,7 +531,7 @@ void SessionReader::Impl::find_gaps() {
       last_index = i, last_t = at, last_made = so_far;
     }
   }
-  // Assign missing cuts to the gap of ticks that contains them; otherwise create a new gap for them.
+  // Assigns missing cuts to the gap of ticks that contains them. If no such gap exists, creates a new gap for them.
   const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
                            Nanos to) {
     const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
@@ -608,13 +611,13 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  // The order is important: if the process ends at any moment, either the file is complete or its journal still exists.
+  // The order is important: if the process ends at any moment, the file is complete or its journal still exists.
   if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
     throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // A file that its writer closed is an intact file, even without a result.
+    // If the writer closed the file, the file is intact, even without a result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

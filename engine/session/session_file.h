@@ -19,10 +19,10 @@ struct StreamData {
   std::vector<std::vector<double>> columns;  // the columns have the order of StreamSpec::columns
 };
 
-/// Opening throws Error for a file that is not a readable session, that refers to other files, or that contains
-/// impossible values (format/checks.h). The intact part of an opened file can be read, even with gaps. Hand pose,
-/// pedal, force, quaternions, cuts and patches are returned bit for bit as they were written. Columns in units other
-/// than SI (tool_x_mm …) are exact to one unit in the last place.
+/// Reads one session file. Opening throws Error for a file that is not a readable session, that refers to other
+/// files, or that contains impossible values (format/checks.h). The intact part of an opened file can be read, even
+/// with gaps. Hand pose, pedal, force, quaternions, cuts and patches are returned bit for bit as they were written.
+/// Columns in units other than SI (tool_x_mm …) are exact to one unit in the last place.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& file);
@@ -59,8 +59,8 @@ class SessionReader {
 };
 
 /// Converts a session that was cut off into an ordinary file that every HDF5 program can open; the session stays
-/// `truncated`. Returns true if the file was rewritten, false if it was intact or is still being recorded. The file is
-/// replaced completely or not at all. Throws Error like the reader, and if the file cannot be written.
+/// `truncated`. Returns true if the file was rewritten, false if it was intact or is still being recorded. The file
+/// is replaced completely or not at all. Throws Error if the file cannot be read or written.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

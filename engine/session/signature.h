@@ -13,7 +13,7 @@ namespace typodont::session {
 /// A secret key of 32 bytes. Its file contains 64 hexadecimal digits and a line end; only the owner may read it.
 struct SigningKey {
   std::array<unsigned char, 32> bytes{};
-  /// 16 hexadecimal digits that identify the key without revealing it.
+  /// Identifier of the key: 16 hexadecimal digits, which do not reveal the key.
   std::string id() const;
 };
 
@@ -29,8 +29,9 @@ std::filesystem::path signature_file(const std::filesystem::path& session);
 /// Signs the present content of the file. Returns the path of the signature file, which is written completely or not at
 /// all.
 std::filesystem::path sign_session(const std::filesystem::path& session, const SigningKey& key);
-/// Empty if the signature matches this key and these bytes. Otherwise the reason as a clause: "no signature (…)", "the
-/// signature is of another key, …", "the file changed after it was signed".
+/// Checks a signature. Returns an empty text if the signature matches this key and these bytes. Otherwise returns the
+/// reason as a clause: "no signature (…)", "the signature is of another key, …", "the file changed after it was
+/// signed".
 std::string what_is_wrong_with_signature(const std::filesystem::path& session, const SigningKey& key);
 /// Throws RunFailure if the signature is wrong, and Error if the key is invalid.
 void require_signature(const std::filesystem::path& session, const std::filesystem::path& key);

@@ -25,9 +25,11 @@ bool has_text(std::string_view key) noexcept;
 // before zero.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// A number with its unit and a no-break space. Without a unit it is a count. NaN (not measured) is shown as a dash.
+/// Formats a number with its unit and a no-break space. An empty unit means that the number is a count. NaN (not
+/// measured) is shown as a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
-/// Converts "round_012" to "Round bur": the kind of tool without its number. Other tools keep their names.
+/// Formats a tool's name: "round_012" becomes "Round bur", the kind of tool without its number. Other tools keep
+/// their names.
 std::string tool_text(std::string_view name, Language language);
 /// A right that the operating system may grant to the servo loop, and the system's answer. Used by the report and the
 /// operator's window.

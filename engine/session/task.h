@@ -31,10 +31,10 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // for each step the action that completes it, one of kStepActions; empty: the user marks the step as done
+  // for each step: the action that completes it, one of kStepActions; empty: the user marks the step as done
   std::vector<std::string> step_actions;
-  dvec3 axis_W{0, 0, 1};      // unit, out of the opening
-  std::optional<Json> ideal;  // the ideal; the program reads its geometry
+  dvec3 axis_W{0, 0, 1};      // unit, direction out of the opening
+  std::optional<Json> ideal;  // the ideal as JSON; the program reads its geometry
   std::vector<Json> protect;  // solids that must not be cut
   bool explore = false;       // true if the task is to explore, not to cut
   std::vector<Json> region;   // solids that define the region to explore
@@ -43,9 +43,9 @@ struct Task {
 /// Reads and checks everything except solids and the ideal. Throws Error.
 Task read_task(const Json& json);
 
-/// The rules of a scene: the rules of its task, otherwise of its "score" block, otherwise the defaults.
+/// The rules of a scene. They come from its task; otherwise from its "score" block; otherwise they are the defaults.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
-/// Score by these rules and the scene's pass mark.
+/// Computes the score by these rules and the scene's pass mark.
 Score score_of_scene(const Json& scene, const ScoreInput& input);
 
 }  // namespace typodont::session

@@ -12,9 +12,9 @@
 
 namespace typodont::session {
 
-/// Writes rows as they arrive into a file. finish() completes the file; without it there is no file. Numbers have the
-/// shortest text that reads back as the same double, so that equal ticks give equal bytes. Throws Error if writing
-/// fails.
+/// Writes rows as they arrive into a file. finish() completes the file; if it is not called, no file is created.
+/// Numbers have the shortest text that reads back as the same double, so that equal ticks give equal bytes. Throws
+/// Error if writing fails.
 class TicksCsvWriter {
  public:
   explicit TicksCsvWriter(const std::filesystem::path& file);

@@ -49,9 +49,9 @@ struct PolygonBuilder {
     Tissue low, high;
     bool crease;
   };
-  std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: the index of its first copy in the mesh
-  std::vector<Copy> copies;                  // one entry for each vertex of the mesh
-  // For each cell of this brick that contains surface: its vertex, or kSeveral.
+  std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: index of its first copy in the mesh
+  std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
+  // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void build(const BrickContour* const around[8], BrickMesh& mesh);
@@ -61,7 +61,7 @@ struct PolygonBuilder {
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels, upper limit for the edges of a small triangle
+constexpr float kSmallEdge = 2.5f;  // voxels, upper limit of the edges of a small triangle
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
@@ -175,14 +175,14 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
     static constexpr int kRing[4][2] = {
-        // offsets to the four cells along u and v, in counter-clockwise order about +axis
+        // Offsets to the four cells along u and v, in counter-clockwise order about +axis
         {1, 1},
         {0, 1},
         {0, 0},
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Inside the brick most polygons vanish, because their cells were merged.
+      // Inside the brick most polygons vanish, because their cells were merged into one block.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
@@ -213,7 +213,8 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // Number of the edge within that cell: its position along the two other axes, in the order of the axes.
+        // Number of the edge within that cell: the edge's position along the two other axes, in the order of the
+        // axes.
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }
@@ -229,7 +230,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
       triangle(corners[0], corners[1], corners[2], mesh);
       continue;
     }
-    // Split the quad along the shorter diagonal, unless that would fold it.
+    // Splits the quad along the shorter diagonal, unless that diagonal would fold the quad.
     const glm::vec3 n0 = area_normal(corners[0], corners[1], corners[2]),
                     n1 = area_normal(corners[0], corners[2], corners[3]);
     const glm::vec3 m0 = area_normal(corners[1], corners[2], corners[3]),
@@ -251,7 +252,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     }
   }
 
-  // Compute the bounds for culling.
+  // Computes the bounds for culling.
   mesh.low = mesh.high = mesh.vertices.empty() ? glm::vec3(0) : mesh.vertices[0].position;
   for (const SurfaceVertex& vertex : mesh.vertices) {
     mesh.low = glm::min(mesh.low, vertex.position);
@@ -285,7 +286,7 @@ struct SurfaceMesher::State {
   Contourer contourer;
   PolygonBuilder weaver;
   std::unordered_map<glm::ivec3, Brick, KeyHash> bricks;
-  std::vector<glm::ivec3> queue;  // bricks to mesh again
+  std::vector<glm::ivec3> queue;  // keys of the bricks that must be meshed again
   std::vector<glm::ivec3> changed;
 
   void enqueue_around(const glm::ivec3& key) {
@@ -342,7 +343,7 @@ std::span<const glm::ivec3> SurfaceMesher::remesh() {
     s.weaver.build(around, brick.mesh);
     if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
   }
-  // Erase a brick without surface when no other brick refers to it.
+  // Erases a brick without surface if no other brick refers to it.
   for (const glm::ivec3& key : s.queue) {
     const auto it = s.bricks.find(key);
     if (it->second.contour.empty() && it->second.mesh.indices.empty()) s.bricks.erase(it);
@@ -372,7 +373,7 @@ std::size_t SurfaceMesher::triangle_count() const {
 }
 
 std::uint64_t SurfaceMesher::hash() const {
-  std::uint64_t h = 0xcbf29ce484222325u;  // FNV-1a over 32-bit words
+  std::uint64_t h = 0xcbf29ce484222325u;  // FNV-1a hash over 32-bit words
   auto mix = [&h](std::uint32_t word) { h = (h ^ word) * 0x100000001b3u; };
   auto mix_float = [&mix](float f) { mix(std::bit_cast<std::uint32_t>(f)); };
   for (const glm::ivec3& key : keys()) {

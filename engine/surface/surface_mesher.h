@@ -38,12 +38,12 @@ struct BrickMesh {
   glm::ivec3 key{0};
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// A number for each vertex. Together with `owner` it identifies the vertex's point: all copies of a point have the
-  /// same number, in other bricks too. Used to join vertices.
+  /// A number for each vertex. Together with `owner`, the number identifies the vertex's point: all copies of a point
+  /// have the same number, in other bricks too. It is used to merge vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
   glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
-  glm::vec3 cone_axis{0};           // mean normal
+  glm::vec3 cone_axis{0};           // mean normal of the triangles
   float cone_cosine = -1;  // cosine of the largest angle between a triangle's normal and the axis; -1: all directions
 };
 
@@ -64,8 +64,8 @@ class SurfaceMesher {
   /// cracks.
   void set_tolerance(float tolerance);
 
-  /// Adds a brick with new or changed samples. Before remesh(), put every brick whose 17³ cell corners have both signs.
-  /// Put a brick again if one of its 19³ samples has changed.
+  /// Adds a brick with new or changed samples. Before remesh(), put every brick in which the 17³ cell corners have
+  /// both signs. Put a brick again if one of its 19³ samples has changed.
   void put(const FieldBrick& brick);
   /// Removes a brick, as if it had been put without surface.
   void remove(const glm::ivec3& key);
@@ -74,7 +74,7 @@ class SurfaceMesher {
   /// include bricks whose mesh has become empty. Valid until the next call of any function of this class.
   std::span<const glm::ivec3> remesh();
 
-  /// nullptr if the brick contains no surface. Valid until the next remesh().
+  /// Returns a brick's mesh; nullptr if the brick contains no surface. Valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
   /// Keys of all bricks with triangles, sorted.
   std::vector<glm::ivec3> keys() const;

@@ -20,15 +20,15 @@ namespace {
 struct Bur {
   const char* name;
   HeadShape shape;
-  double diameter, length;  // m
+  double diameter, length;  // m, of the bur
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"pear 1.0 x 2 mm", HeadShape::kPear, 1.0e-3, 2e-3},
                          {"round end 1.0 x 4 mm", HeadShape::kRoundEndCylinder, 1.0e-3, 4e-3}};
-constexpr double kDeep = 1.5e-3;    // m below the surface
-constexpr double kSpeed = 2e-6;     // m a tick
-constexpr double kWiden = 0.7e-3;   // m, largest radius of the circle on which the bur goes
-constexpr double kCircle = 0.5e-3;  // m, at the speed above
+constexpr double kDeep = 1.5e-3;    // m, depth of the bur below the surface
+constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
+constexpr double kWiden = 0.7e-3;   // m, largest radius of the bur's circular path
+constexpr double kCircle = 0.5e-3;  // m, radius at which the circular path has the speed kSpeed
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// What the servo's tick costs deep in tissue, for the contact models of triangle meshes.
+// Time of a servo tick deep in tissue, for the contact models of triangle meshes.
 #pragma once
 
 #include <vector>

@@ -84,7 +84,8 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  constexpr int kCycle = 34;  // number of cuts of 0.03 voxel (as in drilling) after which every list was renewed once
+  // number of cuts of 0.03 voxel (as in drilling) after which every list has been renewed once
+  constexpr int kCycle = 34;
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {
     return Pose{dvec3(0, 0, kBlockTop + tool.length / 2 - 0.4e-3) + way * i * glm::normalize(dvec3(0.5, 0.2, -0.6))};

@@ -34,7 +34,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.servo.adopt(fresh);
                            }),
                   "patch"});
-  // As in a session (PatchExchange): the carver adds the cuts that were made while it copied the patch.
+  // As in a session (PatchExchange), the carver adds the cuts that were made while it copied the patch.
   std::vector<double> kept_up, handed_over;
   const double clock = clock_ns();
   for (int i = 0; i < 9; ++i) {

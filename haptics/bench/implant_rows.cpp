@@ -1,5 +1,5 @@
-// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant`, free and in a bed, with tool voxels of
-// 0.06 mm.
+// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant` without contact and in a bed, with tool
+// voxels of 0.06 mm.
 #include <fmt/format.h>
 
 #include <memory>
@@ -65,8 +65,8 @@ struct Case {
   const char* name;
   Tool tool;
   double pedal;
-  double bed_mm;                                                // depth of the bed that exists at the start, 0: none
-  Motion state;                                                 // state at the end
+  double bed_mm;  // mm, depth of the bed that exists at the start; 0: none
+  Motion state;   // state of the motion at the end
   dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre, m
 };
 

@@ -1,4 +1,5 @@
-// Triangle meshes with levels of detail (paper S3 in docs/papers.md): time of a sliding tick by the number of vertices.
+// Triangle meshes with levels of detail (paper S3 in docs/papers.md): time of a sliding tick, by the number of
+// vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,13 +26,14 @@ namespace {
 
 using namespace mesh_lod;
 
-constexpr double kSpeed = 30e-3;              // m/s, speed of the hand
-constexpr double kDepth = 0.3e-3;             // m, depth of the hand below the surface
-constexpr double kTips[] = {1e-9, 0.125e-3};  // m, radii of the sliding tips: the paper's point, the explorer's tip
-constexpr int kTurn = 60;                     // ticks after which the hand changes its direction
-constexpr int kApproach = 100;                // ticks from the air to the surface
+constexpr double kSpeed = 30e-3;   // m/s, speed of the hand
+constexpr double kDepth = 0.3e-3;  // m, depth of the hand below the surface
+// m, radii of the sliding tips: a point as in the paper, and the explorer's tip
+constexpr double kTips[] = {1e-9, 0.125e-3};
+constexpr int kTurn = 60;       // number of ticks after which the hand changes its direction
+constexpr int kApproach = 100;  // number of ticks from the air to the surface
 
-/// Path of a hand over the mesh, the same for all levels; computed on one of them.
+/// Path of a hand over the mesh, computed on one of the levels and used for all of them.
 std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
   dvec3 top(0, 0, -1e300);
   for (std::uint32_t i = 0; i < grid.size(); ++i)
@@ -77,7 +79,7 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
 
-/// A bur sinks into the highest cusp and moves to and fro there: time of a tick on both threads.
+/// A bur sinks into the highest cusp and moves to and fro there. Measures the time of a tick on both threads.
 void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

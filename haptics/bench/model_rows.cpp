@@ -31,13 +31,14 @@ namespace {
 
 using namespace bench;
 
-constexpr double kStiffness = 1000;        // N/m, stiffness of tissue and coupling
-constexpr double kSpecificEnergy = 8e9;    // J/m³, specific energy of the tissue
-constexpr double kLeast = 0.02;            // N, limit; the direction of a smaller force is not meaningful
-constexpr int kSettled = 100;              // ticks until the hand is on the surface and the force's ramp is over
-constexpr double kFallen = 8e-3;           // m below the surface, a depth that a bur can reach only by falling through
+constexpr double kStiffness = 1000;      // N/m, stiffness of tissue and coupling
+constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
+// N, lower limit of forces whose direction is evaluated; the direction of a smaller force is not meaningful
+constexpr double kLeast = 0.02;
+constexpr int kSettled = 100;     // number of ticks until the hand is on the surface and the force's ramp is over
+constexpr double kFallen = 8e-3;  // m below the surface: a bur that is this deep has fallen through the tissue
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
-constexpr double kHeld = 0.1;              // N, smallest force on a hand beyond a sheet that counts as holding it
+constexpr double kHeld = 0.1;              // N, smallest force on a hand beyond a sheet that counts as holding the hand
 constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands
 constexpr double kLedger = 1e-9;           // J, limit of the ledger's debt
 constexpr std::uint64_t kSeed = 1;         // seed of all random hands
@@ -110,7 +111,7 @@ double angle_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
 
-/// Statistics of the force in a run: error against the exact force, largest step, energy.
+/// Statistics of a run's force: error against the exact force, largest step, energy.
 class ForceRecord {
  public:
   /// Adds one tick: the force, the exact force, and the hand's displacement since the last tick. `counts`: the tick
@@ -171,7 +172,7 @@ class ModelBench {
         }
         const Setting usual = default_setting(model);
         setting_ = &usual;
-        // A short run would not touch the tissue.
+        // A short run would not reach the tissue, so it is left out.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
       }
     }
@@ -204,7 +205,7 @@ class ModelBench {
     return settings;
   }
 
-  /// A hand that follows a path whatever it feels: spring without damper and friction.
+  /// A hand that follows a path regardless of the force. The servo uses a spring without damper and friction.
   void follow(const char* motion, const Course& course) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -217,7 +218,7 @@ class ModelBench {
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
-    // Equal passes do equal work, so the minimum of each tick is its time without interrupts.
+    // Equal passes do equal work, so the minimum over the passes is the time of a tick without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
         times[i] = std::min(times[i], scene.tick({course.hand[i]}, 0));
@@ -230,7 +231,7 @@ class ModelBench {
         const ExactShape::Nearest at = tissue_->shape.nearest(scene.last.X_WG.p, 2 * kProbeRadius);
         penetration = std::max(penetration, kProbeRadius - at.distance);
       }
-      // Moves away from the surface, to the start.
+      // Moves the tool away from the surface, to the start.
       for (int i = 0; i < 50; ++i) scene.tick({course.hand.front()}, 0);
     }
     const double median = quantile(times, 0.5);
@@ -342,14 +343,14 @@ class ModelBench {
     add("drag", "friction", 100 * worst, "%, greatest");
   }
 
-  /// Presses the bur of drill() onto a sheet: measures whether the bur comes through, and the remaining force.
+  /// Presses the bur of drill() onto a sheet. Measures whether the bur comes through, and the remaining force.
   void break_through() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
     Scene scene(tissue_->make(setting_->voxel_mm), settings);
     dvec3 x(0.2e-3, 0.1e-3, 0.15e-3 + kProbeRadius + 2e-5), v(0);
     const dvec3 rest = x;
-    const double beyond = -(0.15e-3 + kProbeRadius);  // m, height at which the bur has left the sheet
+    const double beyond = -(0.15e-3 + kProbeRadius);  // m, limit of the height: a lower bur has left the sheet
     double step = 0, left = 0, through = 0;
     dvec3 last(0);
     const int ticks = options_.quick ? 1500 : 4000;
@@ -372,7 +373,7 @@ class ModelBench {
     add("break-through", "step, felt", step, "N a tick");
   }
 
-  /// Moves hands through a sheet by 1, 5 and 20 mm per tick: measures whether a force still holds them back.
+  /// Moves hands through a sheet by 1, 5 and 20 mm per tick. Measures whether a force still holds them back.
   void escape(double thickness_mm) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -399,7 +400,7 @@ class ModelBench {
     }
   }
 
-  /// Motions that no human makes: the force must be finite and bounded, and give the hand no energy.
+  /// Motions that no human makes. The force must be finite and bounded, and must give the hand no energy.
   void hostile() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -414,7 +415,7 @@ class ModelBench {
       ErraticHand wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
       double least = 0;
       for (int i = 0; i < ticks; ++i) {
-        // Moves down into the tissue every two seconds.
+        // The hand moves down into the tissue every two seconds.
         const Pose at = wanderer.next(settings.tick);
         const dvec3 down = (1.5e-3 + kProbeRadius) * 0.5 * (1 - std::cos(kPi * 1e-3 * i)) *
                            glm::normalize(tissue_->shape.nearest(tissue_->start, 5e-3).p - tissue_->start);

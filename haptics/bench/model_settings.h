@@ -1,4 +1,4 @@
-// The default setting of each contact model, for measurements that do not vary the setting: comparison of models,
+// The default setting of each contact model, for measurements that do not vary the setting: comparison of models, and
 // stress.
 #pragma once
 

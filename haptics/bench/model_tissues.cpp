@@ -18,8 +18,8 @@ namespace {
 using namespace literals;
 
 constexpr double kTick = 1e-3;  // s
-constexpr int kDescent = 60;    // ticks from the air to the surface
-constexpr int kTurn = 60;       // ticks after which a hand on an anatomy changes its direction
+constexpr int kDescent = 60;    // number of ticks from the air to the surface
+constexpr int kTurn = 60;       // number of ticks after which a hand on an anatomy changes its direction
 
 /// A prism along y with the cross-section `xz` (counter-clockwise with x to the right and z up). Its caps are triangle
 /// fans around the first point.
@@ -52,7 +52,7 @@ std::function<TissueVolume(double)> sampled(std::string solid) {
   };
 }
 
-/// Direction around a body, about an oblique axis, so that the hand crosses faces and edges.
+/// Direction of the motion around a body, about an oblique axis, so that the hand crosses faces and edges.
 dvec3 around(int, const dvec3&, const dvec3& n) {
   return glm::cross(dvec3(0.1, 1, 0.25), n);
 }
@@ -73,7 +73,7 @@ std::vector<ModelTissue> analytic_tissues() {
                  sampled(R"({"box": {"size_mm": [6, 6, 4]}})"), dvec3(0.2_mm, 0.1_mm, 3.0_mm), around});
   all.push_back({"thin sheet", ExactShape::triangles(box(3.0_mm, 3.0_mm, 0.15_mm)),
                  sampled(R"({"box": {"size_mm": [6, 6, 0.3]}})"), dvec3(0.2_mm, 0.1_mm, 1.2_mm), around, false});
-  // A groove of 60 degrees and 2 mm depth in the top of a block.
+  // Makes a groove of 60 degrees and 2 mm depth in the top of a block.
   const double mouth = 2.0_mm * std::tan(30 * kDegree);
   all.push_back(
       {"groove",

@@ -12,7 +12,7 @@
 namespace typodont::haptics::bench {
 
 inline constexpr double kProbeRadius = 0.6e-3;  // m, radius of the ball that slides, taps and drills
-inline constexpr double kHandDepth = 0.3e-3;    // m, depth of the hand below the ball's position outside the tissue
+inline constexpr double kHandDepth = 0.3e-3;  // m, distance of the hand below the ball, which stays outside the tissue
 
 /// A tissue on which every contact model is measured.
 struct ModelTissue {
@@ -30,9 +30,10 @@ struct ModelTissue {
 /// Analytic tissues: "ball", "torus", "box edges", "thin sheet", "groove".
 std::vector<ModelTissue> analytic_tissues();
 
-/// A sheet of 6 × 6 mm, "sheet of 0.2 mm".
+/// A sheet of 6 × 6 mm; its name is, for example, "sheet of 0.2 mm".
 ModelTissue sheet_tissue(double thickness_mm);
-/// A tissue that is a mesh, or whose field was converted to a mesh. The hand starts above `start`, a point on the mesh.
+/// A tissue given as a mesh, or as a field that is converted to a mesh. The hand starts above `start`, a point on the
+/// mesh.
 ModelTissue mesh_tissue(const ModelAnatomy& anatomy);
 
 /// The path of a hand, the same for every model, with the exact positions of the ball.
@@ -42,16 +43,16 @@ struct Course {
 };
 struct Slide {
   double radius = kProbeRadius;  // m, radius of the ball
-  double depth = kHandDepth;     // m, depth of the hand below the ball's position
+  double depth = kHandDepth;     // m, distance of the hand below the ball
   double speed = 20e-3;          // m/s
 };
 /// A hand that moves down onto the surface and slides over it.
 Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {});
-/// A hand that taps on one point: kHandDepth deep and back, with 10, 30, 100 and 200 mm/s.
+/// A hand that taps on one point. It moves to kHandDepth below the surface and back, at 10, 30, 100 and 200 mm/s.
 Course tap_course(const ModelTissue& tissue);
 
-/// Volume of the exact shape within `radius` of any of the segments, m³; counts the points of a grid with spacing
-/// `step`.
+/// Volume of the part of the exact shape that lies within `radius` of any of the segments, m³; counts the points of a
+/// grid with spacing `step`.
 double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, dvec3>>& segments, double radius,
                     double step);
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kBone = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 16]}}}])";
 constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
 
-/// Motion of a hand that holds a tool in a hole: greatest angular and linear speed of an oscillation.
+/// Motion of a hand that holds a tool in a hole: greatest angular and greatest linear speed of an oscillation.
 struct Motion {
   const char* name;
   double turn, way;  // rad/s, m/s

@@ -50,7 +50,7 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Volume of the ball within `r` of the segment, m³; counts points of a grid.
+/// Volume of the part of the ball that lies within `r` of the segment, m³; counts points of a grid.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -66,7 +66,7 @@ double exact_groove(const dvec3& a, const dvec3& b, double r) {
   return static_cast<double>(count) * h * h * h;
 }
 
-/// The model "packing" with an existing packing.
+/// The model "packing" with a packing that exists already.
 class PackedMethod final : public ContactMethod {
  public:
   explicit PackedMethod(const SpherePacking& packing) : packing_(packing) { parameters_.spheres = packing.size(); }
@@ -109,7 +109,7 @@ class Rows {
   }
 
  private:
-  /// A tool of many spheres moves through the surface: with a tree over the tissue's spheres, with a tree over the
+  /// Moves a tool of many spheres through the surface: with a tree over the tissue's spheres, with a tree over the
   /// tool's spheres, and without a tree.
   void collision(const SpherePacking& packing, bool quick) {
     Tool head;
@@ -132,7 +132,7 @@ class Rows {
         first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
       }
       by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (i >= 2) continue;  // brute force is slow and always takes the same time
+      if (i >= 2) continue;  // brute force is slow, and always takes the same time
       start = thread_cpu_time();
       for (std::size_t t = 0; t < tool.radius.size(); ++t) {
         first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);
@@ -172,7 +172,7 @@ class Rows {
         "look");
   }
 
-  /// The three passes of one tick, on the processor and on any Vulkan device.
+  /// Measures the three passes of one tick on the CPU, and on a Vulkan device if one exists.
   void passes(const SpherePacking& packing, bool quick) {
     std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
     if (!on_device) return;
@@ -214,7 +214,7 @@ class Rows {
     }
   }
 
-  /// A round bur that is pressed onto the ball and drawn over it: complete ticks of a servo with this model.
+  /// Complete ticks of a servo with this model: a round bur is pressed onto the ball and drawn over it.
   void ticks(const SpherePacking& packing, bool quick) {
     const int count = quick ? 1000 : 5000;
     ServoSettings settings;
@@ -255,7 +255,7 @@ std::vector<BenchRow> bench_packing(bool quick) {
     measured.packed(packing, to_seconds(thread_cpu_time() - start));
     measured.of(packing, quick);
   }
-  // Time of a tick = c · spheres^p; p by least squares of the logarithms.
+  // Fits the time of a tick as c · spheres^p, by least squares of the logarithms.
   double x = 0, y = 0, xx = 0, xy = 0, k = 0;
   for (const BenchRow& row : rows) {
     if (row.name != "cutting tick, median") continue;

@@ -1,4 +1,5 @@
-// The total time of a tick: the servo's own time, and the process time with carver and transfer of patches.
+// The total CPU time of a tick: the servo's own time, and the time of the whole process with carver and transfer of
+// patches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-constexpr int kApproach = 200;  // ticks before the measurement: first patch, ramp of the force, first contact
+constexpr int kApproach = 200;  // number of ticks before the measurement: first patch, ramp of the force, first contact
 
 /// One hand with one tool. `hand(i, last, dt)`: the tool's pose in tick i, after the tick `last`.
 struct ProcessCase {
@@ -54,11 +55,11 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// CPU time of a run. Servo, carver and transfer run in one thread here, so the CPU time of that thread is the whole
-/// program's.
+/// CPU time of a run. Servo, carver and transfer run in one thread here, so the CPU time of this thread is that of
+/// the whole program.
 struct ProcessTime {
   double all = std::numeric_limits<double>::infinity();  // ns, mean time per tick
-  std::vector<double> servo;                             // ns, servo's time of each tick
+  std::vector<double> servo;                             // ns, time of the servo in each tick
 };
 ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
   ServoSettings settings;

@@ -31,7 +31,7 @@ ExactShape::Nearest ExactShape::nearest(const dvec3& p, double most) const {
     if (!found.found) return {p, most};
     return {found.p, grid_->inside(p) ? -found.distance : found.distance};
   }
-  // The nearest point of the torus' centre circle, or the centre of the ball.
+  // For a torus: the nearest point of its centre circle. For a ball: its centre.
   dvec3 middle(0);
   if (kind_ == Kind::kTorus) {
     const double across = std::hypot(p.x, p.y);
@@ -58,15 +58,15 @@ void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& poin
 
 namespace {
 
-constexpr double kTolerance = 1e-10;  // m, tolerance of the ball's position
+constexpr double kTolerance = 1e-10;  // m, tolerance of the ball's position at convergence
 
 struct HalfSpace {
   dvec3 n;       // unit; the ball's centre x must keep n·x >= least
   double least;  // m
 };
 
-/// The point nearest to `goal` in the intersection of all half spaces (Hildreth's method: coordinate ascent of the dual
-/// problem).
+/// The point nearest to `goal` in the intersection of all half spaces. Hildreth's method: coordinate ascent of the
+/// dual problem.
 dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
   constexpr int kSweeps = 2000;
   std::vector<double> push(spaces.size(), 0.0);  // m, displacement along each normal
@@ -89,7 +89,8 @@ dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
 /// One step of sequential quadratic programming. Each face near the ball bounds its centre by a plane through the
 /// face's nearest point. Faces are convex, so the ball stays outside all examined faces. Returns true if converged.
 bool ReferenceContact::step(const dvec3& hand) {
-  // Limit of the centre's displacement in this step: only faces within this distance plus the radius can stop the ball.
+  // Limit of the centre's displacement in this step. So only faces within this distance plus the radius can stop the
+  // ball.
   const double way = std::min(glm::distance(hand, center_), 0.5 * radius_);
   const dvec3 goal = glm::distance(hand, center_) > way ? center_ + glm::normalize(hand - center_) * way : hand;
   shape_.all_near(center_, radius_ + 2 * way + kTolerance, near_);
@@ -97,7 +98,8 @@ bool ReferenceContact::step(const dvec3& hand) {
   for (const dvec3& q : near_) {
     const dvec3 n = glm::normalize(center_ - q);
     const HalfSpace space{n, glm::dot(n, q) + radius_};
-    // Copies of a plane (faces that share the nearest edge or corner) would only slow down the projection.
+    // Several faces that share the nearest edge or corner give the same plane. Copies of a plane would only slow down
+    // the projection.
     const bool known = std::any_of(spaces.begin(), spaces.end(), [&](const HalfSpace& other) {
       return glm::dot(other.n, n) > 1 - 1e-14 && std::abs(other.least - space.least) < kTolerance;
     });

@@ -1,6 +1,6 @@
-// The exact contact for `typodont bench models`: the position of a ball that must stay outside the tissue when the hand
-// pulls it. It is computed from the exact shape (ball, torus or triangles) in double precision. It shares no code with
-// the contact models, except the grid that finds triangles near a point.
+// The exact contact for `typodont bench models`: the position of a ball that must stay outside the tissue while the
+// hand pulls it. The position is computed from the exact shape (ball, torus or triangles) in double precision. This
+// code is independent of the contact models, except for the grid that finds triangles near a point.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::bench {
 
-/// The exact surface of a tissue. Metres, frame W. Set-up time and bench time only; may allocate.
+/// The exact surface of a tissue. Metres, frame W. Only for set-up and bench time; may allocate.
 class ExactShape {
  public:
   static ExactShape ball(double radius);
@@ -27,7 +27,7 @@ class ExactShape {
   /// The surface point nearest to p. If its distance exceeds `most`, returns the distance `most` and no surface point.
   Nearest nearest(const dvec3& p, double most) const;
 
-  /// Finds, for each face within `reach` of p, its point nearest to p: one point for a ball or torus, one per triangle
+  /// Finds the point nearest to p of each face within `reach` of p: one point for a ball or torus, one per triangle
   /// for a mesh.
   void all_near(const dvec3& p, double reach, std::vector<dvec3>& points) const;
 
@@ -38,15 +38,16 @@ class ExactShape {
   std::shared_ptr<const mesh_lod::TriangleGrid> grid_;
 };
 
-/// The contact of a ball of `radius` with an exact shape, tick by tick.
+/// The contact of a ball of radius `radius` with an exact shape, tick by tick.
 class ReferenceContact {
  public:
   ReferenceContact(ExactShape shape, double radius) : shape_(std::move(shape)), radius_(radius) {}
 
   /// Places the ball at p, which must be outside the tissue.
   void place(const dvec3& p) { center_ = p; }
-  /// The position nearest to the hand that the ball can have outside the tissue, found from its last position: a local
-  /// minimum of the distance to the hand, so it never passes through a wall. The residual is below 1 nm.
+  /// The position nearest to the hand that the ball can have outside the tissue. The search starts at the ball's last
+  /// position and finds a local minimum of the distance to the hand, so the ball never passes through a wall. The
+  /// residual is below 1 nm.
   const dvec3& follow(const dvec3& hand);
   const dvec3& center() const { return center_; }
   const ExactShape& shape() const { return shape_; }

@@ -15,37 +15,37 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// A hand slides on a ball: by voxel penalty, by queries of both orders, by the servo, and by the methods of other
-/// programs (penalty by OpenVDB's field, point proxy on an offset mesh). Then single queries.
+/// A hand slides on a ball. The methods: voxel penalty, queries of both orders, the servo, and the methods of other
+/// programs (penalty by OpenVDB's field, point proxy on an offset mesh). Single queries follow.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A hand drills into a block, with four heads: ticks, cuts alone, patches.
+/// A hand drills into a block, with four heads. Measures ticks, cuts alone, and patches.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// The cut of one tick, compared with two lower bounds: reading and writing only the samples that the cut changes, and
 /// reading and writing the same groups of samples as the cut. Both sets are known in advance.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
-/// Lower bound of a drilling tick, ns, median: the tick's cut alone, repeated in a separate patch; one query; and a
-/// scan of the samples that the cut reads and writes.
+/// Lower bound of a drilling tick, ns, median. The sum of: the tick's cut alone, repeated in a separate patch; one
+/// query; and a scan of the samples that the cut reads and writes.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
 /// A patch is copied during drilling and passed to the servo. `scene`: a drilling scene with the pedal pressed;
 /// afterwards the hole is slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
-/// Sliding and drilling hands, by voxel size: mean time per tick of the whole process (servo, carver, transfer of
-/// patches) and of the servo alone; means include work that is done once in many ticks. Then quantiles and a histogram
-/// of the servo's time.
+/// Sliding and drilling hands, by voxel size. Mean time per tick of the whole process (servo, carver, transfer of
+/// patches) and of the servo alone; the means include work that is done once in many ticks. Then quantiles and a
+/// histogram of the servo's time.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A stroke of a ball along the surface in steps: error of the volume, time per step.
+/// A stroke of a ball along the surface, in steps. Measures the error of the volume, and the time per step.
 void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A tick without tissue nearby.
+/// Time of a tick without tissue nearby.
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Drilling at 10 kHz in real time.
+/// Missed deadlines while drilling at 10 kHz in real time.
 void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

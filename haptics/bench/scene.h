@@ -15,7 +15,7 @@
 
 namespace typodont::haptics::bench {
 
-/// `solids`: JSON text as in a scene file.
+/// Reads tissue from `solids`, JSON text as in a scene file.
 DenseTissue tissue(std::string_view solids, double voxel_mm);
 
 inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
@@ -26,8 +26,8 @@ Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// Stands for the carver's thread when it copies patches. Like in a session, it runs on another core if there is one,
-/// so that its memory accesses do not displace the servo's code and data from the caches.
+/// Takes the place of the carver's thread while patches are copied. As in a session, this thread runs on another core
+/// if one exists, so that its memory accesses do not displace the servo's code and data from the caches.
 class OtherThread {
  public:
   OtherThread();
@@ -63,8 +63,8 @@ struct Scene {
 
   /// The servo's patch, for field models.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
-  /// Takes a new snapshot if one is due, as every tick does first. The first snapshot is centred at the hand. Returns
-  /// true if a snapshot was taken.
+  /// Takes a new snapshot if one is due, as every tick does at its start. The first snapshot is centred at the hand.
+  /// Returns true if a snapshot was taken.
   bool renew_patch(const Pose& X_WT);
   /// One tick; returns its CPU time, ns.
   double tick(const Pose& X_WT, double pedal);

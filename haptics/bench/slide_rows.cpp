@@ -27,7 +27,7 @@ dvec3 sliding(int tick, double radius) {
   return (radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v);
 }
 
-constexpr int kApproach = 50;  // ticks until the force's ramp is over
+constexpr int kApproach = 50;  // number of ticks until the force's ramp is over
 
 /// A slide on one sphere with one voxel size.
 struct Slide {
@@ -42,7 +42,7 @@ struct Slide {
   Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
       : options(o), rows(r), dense(tissue(kBall, voxel_mm)), knob(fmt::format("voxel {:g} mm", voxel_mm)) {
     settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
-    settings.friction = false;  // friction would tilt the force
+    settings.friction = false;  // without friction, because friction would tilt the force
     settings.damping = 0;
     settings.cutting = false;
     radius = kBallRadius + settings.tool.radius();
@@ -54,8 +54,8 @@ struct Slide {
         {name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
   }
 
-  /// Slides with the method in `settings`. Returns the times of the ticks in order, ns; `error`: error of the force's
-  /// direction.
+  /// Slides with the method in `settings`. Returns the times of the ticks in order, ns. `error`: receives the error
+  /// of the force's direction.
   std::vector<double> slide(double& error) {
     return least_of([&] {
       Scene scene(dense, settings);
@@ -110,8 +110,8 @@ struct Slide {
     add(name, error, quantile(ticks, 0.5), "tick", "voxel penalty", penalty_ns);
   }
 
-  /// The methods of other programs, re-created: the servo's slide is to be held against them. `directions()` returns
-  /// a function from the hand's position to the force's direction.
+  /// The methods of other programs, implemented here for comparison with the servo's slide. `directions()` returns a
+  /// function from the hand's position to the force's direction.
   template <class Directions>
   void by_yardstick(const char* name, const std::string& of, double servo_ns, Directions directions) {
     double error = 0;
@@ -157,7 +157,7 @@ struct Slide {
     return quantile(times, 0.5);
   }
 
-  /// Single queries in batches around the head's centre, and their lower bound.
+  /// Measures single queries in batches around the head's centre, and their lower bound.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);
@@ -185,7 +185,7 @@ struct Slide {
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 
-/// Adds 6 × 6 rows of eight samples in six independent sums, so that no addition waits for the previous one.
+/// Sums 6 × 6 rows of eight samples in six independent sums, so that no addition waits for the previous one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_rows(const float* corner, std::size_t edge, float* sum) {
   F8 sums[6] = {};

@@ -1,5 +1,6 @@
-// `typodont bench stress`: the hostile conditions that each contact model survives. A row's name is "campaign, model:
-// measure"; its ratio is relative to the largest value that passes, so 1 or less is survived.
+// `typodont bench stress`: the hostile conditions that a contact model must survive. A row's name is "campaign,
+// model: measure"; its ratio is relative to the largest value that passes, so 1 or less means that the model
+// survived.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// CPU time of one call, ns: the median of `repeats` batches, because one call is too short for the clock.
+/// CPU time of one call, ns. The median over `repeats` batches of calls, because one call is too short for the clock.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {
   std::vector<double> times;
@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Time of two clock readings, ns; subtracted from every measured time.
+/// Time that two readings of the clock take, ns. It is subtracted from every measured time.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {
@@ -34,7 +34,7 @@ inline double clock_ns() {
 
 /// Number of equal runs. The minimum of each tick over the runs is its time without interrupts.
 inline constexpr int kRuns = 3;
-template <class Run>  // `run` returns the times of the ticks, ns
+template <class Run>  // `run` returns the times of its ticks, ns
 std::vector<double> least_of(Run&& run) {
   const double clock = clock_ns();
   std::vector<double> least = run();

@@ -47,7 +47,7 @@ class ErraticHand {
   dquat R_{1, 0, 0, 0};
 };
 
-/// Invalid input as a broken device or clock would produce it.
+/// Produces invalid input, as from a broken device or clock.
 class InvalidInput {
  public:
   /// Changes that the caller must make in a corrupted tick.
@@ -58,7 +58,7 @@ class InvalidInput {
 
   InvalidInput(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}
   double pedal() { return uniform_(random_); }
-  /// Corrupts one tick in 50: the hand, its pose or the pedal, or what it returns.
+  /// Corrupts one tick in 50: changes the hand, its pose or the pedal, or returns a change that the caller must make.
   Other spoil(ErraticHand& hand, Pose& X, double& pedal) {
     switch (random_() % 450) {
       case 0:

@@ -27,7 +27,7 @@ struct Entry {
   ContactMethodReader read;
   std::uint64_t models = 0, bodies = 0;  // numbers of models and bodies made so far
 };
-std::mutex g_counts;  // guards the two counters
+std::mutex g_counts;  // protects the two counters
 
 /// Filled before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
@@ -54,7 +54,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  if (!entry) return;  // a method that a program made without a registration
+  if (!entry) return;  // the method belongs to a program that made it without a registration
   entry->models += models, entry->bodies += bodies;
 }
 

@@ -1,4 +1,4 @@
-// Counters behind method_counts(); set-up code that makes a model or a body calls count_method().
+// The counters that method_counts() reads. Set-up code that makes a model or a body calls count_method().
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // leading samples of a row, which have no weight
+constexpr int kLead = 2;  // number of leading samples of a row that have no weight
 
 /// For each of the eight samples of a row: its weight and that weight's derivative, as polynomials of the fraction.
 struct Polynomials {
@@ -25,7 +25,8 @@ struct Polynomials {
 
 /// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
 constexpr Polynomials weights() {
-  constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};  // sixths
+  // coefficients in sixths
+  constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {
     for (int power = 0; power < 4; ++power) {
@@ -96,7 +97,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Adds up each of four rows of four sums, all rows at once.
+/// Adds four rows of four sums each, all rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -145,7 +146,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// The masked form, because GCC 12 warns about the plain form's unused operand.
+// Uses the masked form, because GCC 12 warns about the plain form's unused operand.
 TYPODONT_KERNEL Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

@@ -1,6 +1,6 @@
 // Kernel text, included once per width of `Lanes` (cubic.cpp): the tricubic sum and its gradient.
 
-/// Value of a polynomial in t for kLanes samples of a row, from `at` on.
+/// Value of a polynomial in t for each of kLanes samples of a row, beginning with sample `at`.
 template <std::size_t powers>
 TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -22,7 +22,7 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  Lanes after = Lanes{} + kGrid;  // no sample follows the last one
+  Lanes after = Lanes{} + kGrid;  // the value after the last sample, where no sample follows
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
     *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);
@@ -39,9 +39,9 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Keep the weights in memory: each is loaded into all lanes.
+  // Keeps the weights in memory, because each weight is loaded into all lanes.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  alignas(64) double sums[4][4] = {};  // sample k of a row is added to sum k mod 4 at every width
+  alignas(64) double sums[4][4] = {};  // sample k of a row is added to sum k mod 4, for every vector width
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};
 #pragma GCC unroll 6

@@ -1,4 +1,4 @@
-// The last cuts of a servo. A fresh snapshot that lacks some of them is brought up to date with them.
+// The last cuts of a servo. They are repeated in a fresh snapshot that lacks some of them.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace typodont::haptics {
 
-/// Data of each cut that a contact model keeps, by the cut's index (1, 2, 3 …); the oldest is overwritten. Allocates at
-/// construction only. Servo thread.
+/// Data that a contact model stores for each cut, by the cut's index (1, 2, 3 …). A new entry overwrites the oldest
+/// one. Allocates at construction only. Servo thread.
 template <class Made>
 class RecentCuts {
  public:
-  static constexpr std::uint64_t kLength = 8192;  // cuts that a late snapshot may lack
+  static constexpr std::uint64_t kLength = 8192;  // number of stored cuts; a late snapshot may lack at most so many
 
   RecentCuts() : made_(kLength) {}
 
@@ -29,7 +29,7 @@ class RecentCuts {
   Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
   /// Index of the last cut; 0: none was made.
   std::uint64_t last() const noexcept { return last_; }
-  /// Index of the oldest stored cut after `index`; last() + 1 if there is none.
+  /// Index of the oldest stored cut after `index`; last() + 1 if no such cut is stored.
   std::uint64_t first_after(std::uint64_t index) const noexcept {
     return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
   }
@@ -46,10 +46,11 @@ struct MadeCut {
   PerTissue removed{};  // m³
 };
 
-/// The cuts and fillings of a model that works in a SurfacePatch, each with the box of voxels that it may have changed.
+/// The cuts and fillings of a model that works in a SurfacePatch; each entry includes the box of voxels that the cut
+/// may have changed.
 class CutLog {
  public:
-  /// The data needed to repeat a cut in a patch that was edited.
+  /// The data that is needed to repeat a cut in an edited patch.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
@@ -66,8 +67,8 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Union of the boxes of all cuts after `index`; everything if some of these cuts are no longer stored. False if
-  /// there is no such cut. `filled`: true if one of these cuts may be a filling.
+  /// Union of the boxes of all cuts after `index`; the whole patch if some of these cuts are no longer stored.
+  /// Returns false if there is no such cut. `filled`: true if one of these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

@@ -13,7 +13,7 @@ PatchModel::PatchModel(const ServoSettings& settings)
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // Another core has just written the members: prefetch all their cache lines at once.
+  // Another core has just written the members, so all their cache lines are prefetched at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
@@ -35,14 +35,14 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 }
 
 /// After undo, redo or the removal of a piece, the old patch lacks this edit. So the cuts that the fresh patch lacks
-/// are repeated in it, as the carver repeats them. Volume that such cuts had removed from the piece before is counted
-/// once.
+/// are repeated in it, as the carver repeats them. Volume that such cuts had already removed from the piece is
+/// counted only once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // The volume differs from that of the first time: it is larger where undo returned tissue, smaller where tissue is
-    // missing now.
+    // The volume differs from that of the first cut: it is larger where undo restored tissue, and smaller where
+    // tissue is missing now.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

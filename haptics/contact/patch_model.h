@@ -27,8 +27,8 @@ class PatchModel : public ContactModel {
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// Repeats a logged cut in tissue that undo, redo or a loose piece has changed. Returns the removed volume in
-  /// voxels³, negative for a filling.
+  /// Repeats a logged cut in tissue that undo, redo or the removal of a loose piece has changed. Returns the removed
+  /// volume in voxels³, negative for a filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
   /// Applies the missing cuts to the coarse patch of `fresh`. `edited`: the old patch lacks an edit.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}

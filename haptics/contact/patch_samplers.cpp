@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// TLS model: in a shared library (libtypodont.so) the default model calls a function at each access.
+// Sets the TLS model. In a shared library (libtypodont.so), the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 

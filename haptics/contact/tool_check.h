@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// For a model whose tissue can only be removed: throws an Error that names the first filling tool.
+/// Throws an Error that names the first filling tool; for a model whose tissue can only be removed.
 void refuse_tools_that_fill(std::span<const Tool> tools, std::string_view model);
 
 }  // namespace typodont::haptics

@@ -12,7 +12,8 @@ namespace typodont::haptics {
 enum class ForceFilter {
   kNone,
   kSlew,    // Wang 2009: the force changes by at most δ per tick, in any direction
-  kStroke,  // vertex-deformation simulator: constant force during a stroke, unless the computed force differs too much
+  kStroke,  // simulator by vertex deformation: constant force during a stroke, unless the computed force differs too
+            // much
 };
 
 inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {
@@ -25,7 +26,7 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 struct ForceFilterLaw {
   double step = 0.02;     // N per tick, limit of the change: δ of Wang 2009
   double still = 0.001;   // N, ξ: a smaller force counts as zero
-  double renewal = 0.10;  // N, ζ: the stroke's force stays while it differs by less from the computed force
+  double renewal = 0.10;  // N, λ: limit of the force's magnitude
   double cap = 3.0;       // N, λ: limit of the force
 };
 

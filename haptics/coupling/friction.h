@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;      // N/m, stiffness of the tangential spring
-  double stick_fraction = 0.5;  // fraction of z_max below which the adhesion point does not move
+  double stick_fraction = 0.5;  // fraction of z_max up to which the adhesion point does not move
 };
 
 struct FrictionState {
@@ -40,7 +40,7 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away. So even a slow motion reaches
+    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away. So a slow motion also reaches
     // break-away, and a slide has the dynamic coefficient.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;

@@ -10,12 +10,12 @@ namespace typodont::haptics {
 
 /// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is predicted
-/// from the recent retreats, from the acceleration that is expected of any hand, and from the recent changes of this
-/// hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes straight strokes
-/// will do so again.
-/// Most hands that move inward continue to move inward. But a hand may retreat as fast as it ever advanced if it
-/// recently reversed at full speed, moves in jumps, or has a slow or irregular clock.
+/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is
+/// predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
+/// changes of this hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes
+/// straight strokes will do so again. A hand that moves inward normally continues inward. But the law expects that a
+/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow
+/// or irregular clock.
 struct PassivityLaw {
   double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
   double memory = 0.05;  // s, time constant of the memory of retreats
@@ -25,17 +25,18 @@ struct PassivityLaw {
   double human_tick = 1e-3;
   double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
-  // Positions are encoder counts, so their differences say nothing about changes of the hand's velocity
+  // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
-  double faster = 1.2;  // factor on the greatest recent speed: limit of the speed of a retreat
-  // Factor on the greatest recent velocity change: limit of the change for a hand that may reverse at once
+  double faster = 1.2;  // factor on the greatest recent speed; the product is the limit of a retreat's speed
+  // Factor on the greatest recent velocity change; the product is the limit for a hand that may reverse at once
   double again = 3;
   // Factor on the mean velocity change: margin above the greatest recent change for any other hand
   double change_margin = 0.6;
   double start_fraction =
-      0.1;  // fraction of the greatest change; a smaller mean (start or end of one stroke) adds no margin
+      0.1;  // fraction of the greatest change, threshold: a smaller mean (start or end of one stroke) adds no margin
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
-  double hold = 1;  // s of motion for which greatest speed and change stay undiminished; time at rest does not count
+  // s of motion for which greatest speed and greatest change do not decay; time at rest does not count
+  double hold = 1;
   // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the hold time
@@ -50,7 +51,7 @@ struct PassivityLaw {
   double credit = 0.5e-9;
 };
 
-/// Greatest recent value of a quantity: stays for the time `hold`, then decays.
+/// Greatest recent value of a quantity. The value does not decay during the time `hold`, then it decays.
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
@@ -63,7 +64,7 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  double retreat = 0;  // m per tick: greatest recent retreat, out of the tissue or against the previous direction
+  double retreat = 0;  // m per tick: greatest recent retreat, out of the tissue or against the previous displacement
   double advance = 0;  // m per tick: greatest recent advance against the force
   dvec3 moved{0};      // m, displacement in the tick before
   double way = 0;      // m, length of `moved`
@@ -73,7 +74,7 @@ struct PassivityState {
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
   double mean_change = 0;       // m/s, mean velocity change over about the last hundred ticks of motion
   dvec3 heading{0};             // m, displacement in the last tick in which the hand moved
-  double fade = 1;              // decay factor per tick of `pace` and `change`
+  double fade = 1;              // decay factor per tick of the greatest speed (`pace`) and the greatest `change`
   double since_reversal = 1e9;  // s of motion since the hand last reversed at a considerable speed
   double longest = 0;           // s, longest recent tick
   // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before

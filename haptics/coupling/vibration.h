@@ -1,5 +1,5 @@
 // Vibration of a turning spindle, which the arm transmits to the hand: once per revolution from imbalance and run-out
-// of the teeth, and once per tooth from the cut, as far as the device can render it. Pure functions.
+// of the teeth, and once per tooth from the cut, as far as the device can render these frequencies. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Amplitudes in N. A component above the band is omitted, because aliasing would produce a frequency that the drill
-/// does not have: at 300 krpm (5 kHz) a device with 1 kHz renders only run-up and run-down.
+/// Law of the vibration force; amplitudes in N. A component above the band is omitted, because aliasing would produce
+/// a frequency that the drill does not have: at 300 krpm (5 kHz) a device with 1 kHz renders the vibration only
+/// during run-up and run-down.
 struct VibrationLaw {
   // Hz, limit of the frequencies that the device renders; 0: no vibration. From DeviceInfo or the scene
   double band = 0;
@@ -24,8 +25,8 @@ struct VibrationLaw {
   int tooth_count = 6;  // ISO 6360 burs: 6 to 8 blades
 };
 
-/// Weight of a component: 1 well inside the band, 0 at its end. So no component starts or stops abruptly while the
-/// spindle runs up.
+/// Weight of a component: 1 well inside the band, falling to 0 at its limit. So no component starts or stops abruptly
+/// while the spindle runs up.
 inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);

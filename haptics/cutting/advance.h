@@ -1,4 +1,4 @@
-// Whether a head approaches the samples near a point, for the kernels. Private to haptics/cutting.
+// Computes whether a head approaches the samples near a point, for the kernels. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace typodont::haptics {
 
-/// Range of the speed at which the head approaches samples within `reach` of a point of its half plane: n·w over the
-/// normals n of some neighbouring pieces. `w` in T.
+/// Smallest and largest speed at which the head approaches the samples within `reach` of a point of its half plane:
+/// extreme values of n·w over the normals n of some neighbouring pieces. `w`: motion, in T.
 struct Advance {
   float slowest, fastest;
 };
@@ -25,8 +25,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies
-  // between them, the maximum is at w itself.
+  // The normals rotate from the normal of the first piece to that of the last piece; at a tip they begin at the
+  // downward direction. If w lies between them, the maximum is at w itself.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -41,8 +41,8 @@ struct Work {
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where that is above -kMargin.
-/// `narrow`: rows are shorter than a group.
+/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where the new value is above
+/// -kMargin. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -93,7 +93,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Which groups changed is unpredictable, so they are stored without a branch.
+    // A branch on whether a group changed would be mispredicted, so groups are stored without a branch.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -122,9 +122,9 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 }
 
 /// Raises a block of samples to their depth in a capsule. `capsule` false: the sweep is so short that the ball at B
-/// covers everything ahead of A. Examines only samples that can change: those in the ball around the sweep; if it
-/// continues another sweep, only those ahead of A and outside the ball that is already empty. Returns whether anything
-/// changed; the removed volume is added to `removed`.
+/// covers everything ahead of A. Examines only samples that can change: samples in the ball around the sweep; if the
+/// sweep continues another one, only samples ahead of A and outside the ball that is already empty. Returns true if a
+/// sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -139,7 +139,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // allowance for rounding of the plane ahead of A
+  // upper bound of the rounding error of the plane ahead of A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -147,7 +147,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  for (int start = 0; start <= last_start; ++start) {  // equal rounding, wherever rows start
+  // computed for every row start, so that the rounding does not depend on where rows start
+  for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
   for (int x = 0; x < block.size_x; ++x) {
@@ -155,7 +156,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For eight rows: the samples that can change, as an interval [low, high), and the hole in it.
+      // For eight rows: the samples that can change, as an interval [low, high) with a hole.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -182,14 +183,14 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      const I8 leave = hole_to - hole_from > 8.0f;  // omit the hole only if a whole group fits into it
+      const I8 leave = hole_to - hole_from > 8.0f;  // the hole is omitted only if it contains a whole group
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
       hole_from = leave & (hole_from < high) ? hole_from : high;
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows have one interval of at most sixteen samples: two groups without a branch.
+      // Most rows have one interval of at most sixteen samples; two groups then cover it, without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -214,7 +215,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
           }
         }
       }
-      // Ensure room for eight more rows of the longest kind.
+      // Flush the groups unless eight more rows of maximum length fit in.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -250,10 +251,10 @@ struct BallBlocks {
   float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  // Layers of blocks belong to the parts in turn: number of parts, number of this part, part of the first layer
+  // Layers of blocks are assigned to the parts in turn. Number of parts; index of this part; part of the first layer
   int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
-  int listed, room;        // number of listed groups, which may exceed `room`; capacity of the list
+  int listed, room;        // number of groups found, which may exceed the capacity; `room`: capacity of the list
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -266,7 +267,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
+/// Computes the depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -301,8 +302,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Side of a group relative to a ball that continues its present motion: ahead, beside or behind. Used only for
-/// sorting, so that similar groups are processed together.
+/// Side of a group relative to a ball that continues its present motion: ahead, beside or behind. The result is used
+/// only to sort groups, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -310,7 +311,7 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Raises all blocks that are due, computes when they are due again, and lists the groups that may change until the
+/// Raises all blocks that are due and computes when each is due again. Lists the groups that may change until the
 /// head has moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
@@ -325,7 +326,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetch the shell in front of the head, which was last read many cuts ago.
+  // Prefetch the layer of samples in front of the head; they were last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -408,7 +409,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
             least_slack = slack < least_slack ? slack : least_slack;
             slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
-            __builtin_prefetch(b.tissue + first);  // listed soon
+            __builtin_prefetch(b.tissue + first);  // the list needs these labels soon
           }
           float slack = least_slack[0];
           for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
@@ -478,7 +479,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Groups extend beyond the sweep, and were listed when the head was up to one voxel away.
+  // Groups extend beyond the sweep, and the lists were made when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
@@ -510,8 +511,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once, they
-  // get different lengths of validity.
+  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once,
+  // their lists get different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

@@ -59,8 +59,8 @@ void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) n
   }
 }
 
-/// Volume removed since keep_uncut(), each voxel's fraction times its hardness. Computed in integer units (share.h)
-/// times bytes, so that the order does not matter.
+/// Returns the volume removed since keep_uncut(): the removed fraction of each voxel, times its hardness. Computed in
+/// integers (units of share.h times hardness bytes), so that the order of summation does not matter.
 PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
   std::array<std::int64_t, kTissueCount> sums{};
   const float* from = patch.uncut.data();
@@ -69,7 +69,7 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
     for (int y = a.y; y <= b.y; ++y, from += length) {
       const std::size_t row = patch.at(x, y, a.z);
       const float* const now = patch.distance.data() + row;
-      constexpr int kTogether = 16;  // samples; most of these did not change
+      constexpr int kTogether = 16;  // number of samples compared at once; most groups of samples did not change
       for (int z0 = 0; z0 < length; z0 += kTogether) {
         const int end = std::min(z0 + kTogether, length);
         if (std::memcmp(from + z0, now + z0, sizeof(float) * static_cast<std::size_t>(end - z0)) == 0) continue;
@@ -88,8 +88,8 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
   return hardened;
 }
 
-/// The common part of both kinds of removal. `spared`: voxels at the border of the removal's box that lose no volume.
-/// `make` writes the distances of the box a .. b and returns whether any changed.
+/// The common part of both kinds of removal. `spared`: width in voxels of the border of the removal's box in which no
+/// voxel loses volume. `make` writes the distances of the box a .. b and returns true if any changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, int spared, bool* changed,
                     CutFront* front, PerTissue* hardened, Make make) noexcept {
@@ -104,7 +104,8 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
-    if (graded) *hardened = hardened_since(patch, from, to);  // computed before the labels of fillings are removed
+    // computed now, because the labels of fillings are removed next
+    if (graded) *hardened = hardened_since(patch, from, to);
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->renew_lists();
     if (changed) *changed = true;
   }

@@ -13,8 +13,9 @@ class VoxelStamp;
 
 /// Removes the swept head from the patch, and removes the label of a filling from voxels that become air. Returns the
 /// removed volume per tissue in voxels³ (fraction of each voxel inside the surface before minus after). Optional:
-/// `changed` tells whether any sample changed, even only a distance in air. `front` is the active front of this patch
-/// and tool. `hardened` is the removed volume weighted by each voxel's hardness, which determines the cost of the cut.
+/// `changed` becomes true if any sample changed, even if only a distance in air. `front` is the active front of this
+/// patch and tool. `hardened` is the removed volume weighted by each voxel's hardness, which determines the cost of
+/// the cut.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 /// Removes whole voxels; otherwise like carve() with a Sweep.
@@ -24,8 +25,9 @@ PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nu
 /// Adds the filling to the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Transfers the cuts in the inclusive box of voxels from `old`, a patch of the same size: the larger of both distances
-/// is used. With `filled`, the box was also filled: then all samples of `old` are used, including labels.
+/// Transfers the cuts in the inclusive box lo..hi (voxels) from `old`, a patch of the same size: each sample becomes
+/// the larger of its two distances. `filled`: the box was also filled; then all its samples are copied from `old`,
+/// labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

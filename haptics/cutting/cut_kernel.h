@@ -10,13 +10,13 @@ TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
   return pick(rises, depth, old);
 }
 
-/// Decrease of the fraction of each voxel inside the surface when distances rise; in units (haptics/share.h).
+/// Volume that each voxel loses when its distance rises from `was` to `is`, in integer units (haptics/share.h).
 TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Sums the removed volume by label: a running sum while the label does not change.
+/// Sums the removed volume by label. Keeps a running sum as long as the label stays the same.
 struct Taken {
   PerTissue* removed;
   Ints units = {};
@@ -47,7 +47,7 @@ struct Taken {
     for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kFractionUnit * apart[i];
   }
   TYPODONT_KERNEL void close() {
-    std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register
+    std::int32_t apart[kLanes];  // a copy of the lanes, so that the sums themselves stay in a register
     std::memcpy(apart, &units, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;

@@ -25,9 +25,10 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels; samples up to this distance outside the filling get its label too, so that a query at the surface finds it
+// voxels, limit: air samples up to this distance from the filling also get its label, so that a query at the surface
+// finds the label
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // voxels, allowance for rounding of a chord
+constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord
 
 /// Eight samples of a row. Samples outside the block count as full, so that nothing lowers them.
 struct Lanes {
@@ -50,9 +51,9 @@ struct Lanes {
   }
 };
 
-/// Where the tool's limit is nearer than the ball, the limit determines the distance. It is evaluated for each sample
-/// in `meant`, unless it is far from all eight. (Groups of eight are aligned like the volume's leaves, so that the
-/// result does not depend on the block.)
+/// If the tool's limit is nearer than the ball, the limit determines the distance. The limit is evaluated for each
+/// sample in `meant`, unless it is far from all eight samples. (Groups of eight are aligned like the volume's leaves,
+/// so that the result does not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -111,7 +112,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        const I8 filled = eight::share_taken(now, old);  // volume that the reverse change would remove
+        // volume that the reverse change (from the new to the old distances) would remove
+        const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;
              labelled &= labelled - 1) {

@@ -1,4 +1,4 @@
-// A ball of filling as plain data, and its effect on a block of samples. Private to the haptics.
+// A ball of filling as plain data, and its effect on a block of samples. Private to haptics.
 #pragma once
 
 #include <cstddef>

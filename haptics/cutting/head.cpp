@@ -24,7 +24,8 @@ struct HeadBlock {
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // A plane that bounds the depth of every sample, because the distance from a convex head is convex
+  // Coefficients of a plane that bounds the depth of every sample from above; it exists because the distance from a
+  // convex head is convex
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
@@ -36,7 +37,7 @@ struct HeadBlock {
 struct BlockSlack {
   float ahead = 0;       // input: samples with less slack than this are marked in `live`
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
-  // output if not null: for each row, y fastest, one bit per sample, true if it may change
+  // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
   bool emptied = false;  // a sample became air
@@ -53,7 +54,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Included last, because it uses the four headers above
+// This header is included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -75,7 +76,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Included last, because it uses the four headers above
+// This header is included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, PerTissue* removed,
@@ -90,17 +91,19 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 
 namespace {
 
-constexpr int kStretch = 64;   // samples of a row that are listed together
-constexpr float kBent = 0.3f;  // voxels, allowance for a neighbouring piece that is an arc instead of a line
+constexpr int kStretch = 64;  // samples of a row that are listed together
+// voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
+constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks relative to a head: distances of their centres from the head and its pieces, and the outward direction.
+/// Eight blocks relative to a head: distances of the blocks' centres from the head and from each piece, and the
+/// outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
   F8 x, y, z, rho, n_rho, n_z;  // in T: the block's centre (rho: distance from the axis), and the outward direction
 };
 
-/// `R`: rotation from V to T, column by column; centres are relative to the head's.
+/// Makes the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -180,7 +183,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Distance of a point beyond the ends of a piece along it, and its depth below it. For one float or eight.
+/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. For
+/// one float or eight.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -239,7 +243,8 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds a block by its first voxel. Returns true when there are eight blocks.
+  /// Adds a block, given by its first voxel. Returns true if the pass now contains eight blocks and must be
+  /// evaluated.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -257,7 +262,8 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Tries to reduce the kind of a group of samples from this voxel on to a kind with a single piece.
+  /// Tries to replace the kind of a group of samples by a kind with a single piece. The group begins at
+  /// `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -268,8 +274,8 @@ class HeadPass {
   }
 
   enum class Work { kNone, kLook, kRaise };  // kLook: the head recedes from the whole block
-  /// Fills `block` unless nothing has to be done within `ahead`. In that case, `slack` is the smallest motion of the
-  /// head after which something has to be done.
+  /// Fills `block`, unless the block needs no work within `ahead`. In that case, `slack` is the smallest motion of
+  /// the head after which the block needs work.
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
@@ -331,8 +337,8 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece suffices if all samples lie between its ends and, inside the head, on its side of the bisectors at its
-    // ends.
+    // One piece suffices if all samples lie between its ends and, for samples inside the head, on its side of the
+    // bisectors at its ends.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -415,7 +421,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises all due blocks of a part, computes when they are due again, and lists the groups that may change until the
+/// Raises all due blocks of a part and computes when each is due again. Lists the groups that may change until the
 /// head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
@@ -435,7 +441,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
       if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
         float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
-        for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // an interval of the row
+        for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // processes one interval of the row after another
           int lanes = 0, which[8];
           for (int z = z0; z <= std::min(last.z, z0 + 7); ++z) {
             if (row[z] >= way + ahead) continue;
@@ -521,12 +527,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and were listed when the head was up to one voxel away.
+    // Groups extend to the ends of their blocks, and the lists were made when the head was up to one voxel away.
     const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
               hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
-  // If several parts are listed at once, they get different lengths of validity.
+  // If several parts are listed at once, their lists get different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

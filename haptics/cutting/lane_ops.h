@@ -1,6 +1,6 @@
-// Vector operations for the textual kernels of this folder: eight floats by GCC's vectors (as two halves on processors
-// with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that all
-// processors compute the same bits. Private to haptics/cutting.
+// Vector operations for the kernel texts of this folder: eight floats with GCC's vector types (as two halves on
+// processors with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that
+// all processors compute the same bits. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -274,7 +274,8 @@ namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
-/// Eight lanes for groups that are not wider: half the work on processors that process sixteen in two halves.
+/// Eight lanes, for groups of at most eight samples: half the work on processors that process sixteen lanes in two
+/// halves.
 namespace eight_masked {
 TYPODONT_MASKED_LANES(__m256, _mm256, 8, __mmask8)
 }  // namespace eight_masked

@@ -15,7 +15,7 @@ namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Included last, because it uses cut_kernel.h
+// This header is included last, because it uses cut_kernel.h
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -30,7 +30,7 @@ namespace eight {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Included last, because it uses cut_kernel.h
+// This header is included last, because it uses cut_kernel.h
 #include "haptics/cutting/leaf_kernel.h"
 
 __attribute__((target("avx2"))) Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo,
@@ -47,7 +47,7 @@ namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Included last, because it uses cut_kernel.h
+// This header is included last, because it uses cut_kernel.h
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {

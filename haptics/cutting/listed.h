@@ -1,5 +1,5 @@
-// Cuts the groups of samples that are listed in front of a head (CutFront). Most cuts need nothing else. Private to
-// haptics/cutting.
+// Cuts the groups of samples that are listed in front of a head (CutFront). Most cuts change only listed groups.
+// Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -55,8 +55,8 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Number of samples of a group (at most `lanes`) that have the same label from its start. Samples that can never
-/// contain surface may have any label.
+/// Number of samples, from the start of a group (at most `lanes`), that have the same label. Samples that can never
+/// contain surface count as having any label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;

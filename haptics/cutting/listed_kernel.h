@@ -2,7 +2,7 @@
 // head.
 
 constexpr int kChunk = 128;  // number of groups that are processed together
-constexpr int kAhead = 24;   // number of groups by which prefetching is ahead
+constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
@@ -25,8 +25,8 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. If
-/// true, the corresponding test per sample is omitted.
+/// Processes groups one by one. `ahead`: all samples of the groups lie ahead of A; `whole`: all samples may change.
+/// Each flag that is true omits the corresponding test per sample.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -97,7 +97,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// Cuts the narrow groups if `narrow` is true, otherwise all others. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* removed) {
   const BallFront f = front;
@@ -110,8 +110,8 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* 
   return any(raised);
 }
 
-/// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. The structs below
-/// compute the depth below one kind of piece for a run of groups.
+/// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. Each struct below
+/// computes the depth below one kind of piece, for a run of groups.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -124,7 +124,8 @@ struct BelowLine {
     return below;
   }
 };
-/// A line perpendicular to the axis, the end of many heads: the distance from the axis does not matter.
+/// A line perpendicular to the axis, the end of many heads; the depth below it does not depend on the distance from
+/// the axis.
 struct BelowEnd : BelowLine {
   TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -174,8 +175,8 @@ struct BelowAny {
   }
 };
 
-/// Data shared by the samples of some groups: their positions in the head without the contribution of the height, and
-/// the motion of the first sample as the head moves back to its previous pose.
+/// Data shared by the samples of some groups: the positions in the head without the part that depends on the height,
+/// and the motion of the first sample as the head moves back to its previous pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
@@ -185,7 +186,8 @@ struct HeadRows {
 struct HeadSides {
   float half, off;        // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;           // voxels, upper bound of the motion's component perpendicular to the axis
-  float bend[3], turned;  // voxels: difference of the motion between adjacent samples of a group, and its upper bound
+  float bend[3], turned;  // voxels; bend: difference of the motion between adjacent samples of a group; turned: upper
+                          // bound of this difference
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
     const Straight& back = f.tops->back;
@@ -201,7 +203,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// For one group per lane: a bit, set if some samples of the group may have been deeper.
+  /// One bit per lane, one group per lane: the bit is 1 if some samples of the group may have been deeper.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -306,7 +308,7 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// Cuts the narrow groups if `narrow` is true, otherwise all others. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
 TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

@@ -18,20 +18,21 @@ struct MeridianPiece {
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;      // vectors from an arc's centre to its ends
-  float corner_a, corner_b;  // tan(φ/2), where the outward normal rotates by φ to the neighbour's
+  float corner_a, corner_b;  // tan(φ/2), where φ is the angle between this piece's outward normal and the neighbour's
+                             // at their common corner
 };
-// Limit of the kinds of groups: a smaller kind is the index of a single smooth piece, any other is this value plus a
-// set of pieces
+// Limit of the kinds: a kind below this value is the index of a single smooth piece; any other kind is this value
+// plus a set of pieces
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// A pose of the head, in voxels relative to the nearby voxel `base`, so that floats have enough digits.
+/// A pose of the head, in voxels relative to `base`, a voxel near the head, so that floats are precise enough.
 struct HeadPose {
   glm::ivec3 base;
   float p[3];  // position of the head relative to `base`
   float R[9];  // rotation from V to T, column by column
 };
 
-/// A box of samples from which a head is cut.
+/// A box of samples that a head cuts.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -39,7 +40,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-inline constexpr float kNoEnd = 1e9f;  // an infinite slack
+inline constexpr float kNoEnd = 1e9f;  // stands for an infinite slack
 
 void flatten(const HeadField& head, MeridianPiece* pieces);
 HeadPose head_pose(const Pose& X_VT);

@@ -9,7 +9,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// voxels outside the body that get its label, so that the label can be read at the surface
+// voxels, limit: air samples up to this distance from the body also get its label, so that a query at the surface
+// finds the label
 constexpr float kLabelled = 1;
 
 }  // namespace

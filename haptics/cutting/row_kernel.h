@@ -1,6 +1,6 @@
 // Kernel text, included after cut_kernel.h where lanes are eight: rows of blocks, complete or partial.
 
-/// A row with one sample per lane, of which only from..to are processed.
+/// A row with one sample per lane; only the samples from..to are processed.
 struct Row {
   float* distance;
   int from, to;

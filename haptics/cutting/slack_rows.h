@@ -20,7 +20,8 @@ class SlackRows {
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// The smallest slack of sixteen samples from z on that are marked in `which`; the others may not have been stored.
+  /// The smallest slack among sixteen samples from z on; only samples that are marked in `which` count, because the
+  /// slack of the others may not have been stored.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -36,7 +37,8 @@ class SlackRows {
   }
 
  private:
-  static constexpr int kRow = kStretch + 16;  // a group may extend beyond the interval
+  // samples per stored row; longer than kStretch, because a group may extend beyond the interval
+  static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];

@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr float kCleared = 0.5f;  // voxels from the surface at which no part of the voxel is inside any more
+constexpr float kCleared = 0.5f;  // voxels, distance from the surface at which the voxel is completely outside
 
 }  // namespace
 

@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// The removal by a head at one pose. The servo's patch and the carver's volume both use carve(), so that they contain
-/// the same bits.
+/// The voxels that a head removes at one pose. The servo's patch and the carver's volume both use carve(), so that
+/// they contain the same bits.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
@@ -20,8 +20,8 @@ class VoxelStamp {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Clears a block of voxels, lo .. lo+size-1, z is the fastest index; strides in samples. Adds the volume per tissue
-  /// in voxels³ to `removed` if given. Returns whether any voxel changed. Any thread.
+  /// Clears a block of voxels, lo .. lo+size-1; z is the fastest index, strides in samples. If `removed` is given,
+  /// adds to it the removed volume per tissue in voxels³. Returns true if any voxel changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 

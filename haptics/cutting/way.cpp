@@ -1,7 +1,7 @@
-// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position.
-// During a short motion, a sample moves along a straight line in the head's frame. So its depth along the path is a
-// concave curve with a single maximum, and a search finds this maximum. A long motion searches for all samples, a short
-// one only for those near the maximum.
+// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its
+// position. During a short motion, a sample moves along a straight line in the head's frame. So its depth along the
+// path is a concave curve with a single maximum, and a search finds this maximum. For a long motion, the search runs
+// for all samples; for a short motion, only for the samples near their maximum.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -34,9 +34,9 @@ namespace {
 constexpr int kSteps = 24;           // limit of the steps of a search; almost every search needs fewer than ten
 constexpr float kBesideSlip = 0.5f;  // voxels; upper bound of the error when a block is evaluated at its centre
 
-/// Reduces `lowest` .. `highest` (heights of blocks' first samples) to those within `far` of an axis, for blocks whose
-/// centres have the horizontal offset `off` from a point on the axis at height `height`. Returns false if no height
-/// remains.
+/// Restricts `lowest` .. `highest` (heights of the first samples of blocks) to heights within `far` of an axis. The
+/// blocks' centres have the horizontal offset `off` from a point on the axis at height `height`. Returns false if no
+/// height remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // |d|² - (d·a)² <= far² with d = (off, z) is a quadratic in z
@@ -70,10 +70,10 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample ends when its depth
-/// certainly does not exceed `needed`, or exceeds `most`. A concave curve lies below its tangents, so the intersection
-/// of the tangents on both sides of the maximum is an upper bound. The search point alternates between this
-/// intersection (exact for a corner) and the maximum of a parabola.
+/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample ends when the
+/// sample's depth certainly does not exceed `needed`, or when it exceeds `most`. A concave curve lies below its
+/// tangents, so the intersection of the tangents on both sides of the maximum is an upper bound. The search point
+/// alternates between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
   unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
   Points from, way;  // start and path of the samples, in the head's frame
@@ -102,7 +102,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins the search at the fraction `share` of the path. Positions are relative to the first pose's base.
+  /// Begins the search at the fraction `share` of the path. Positions are relative to the base of the first pose.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
     const float* const T = head.turn;
@@ -142,8 +142,8 @@ struct Search {
 /// depth of every sample.
 struct Centres {
   unsigned set;  // input: pieces that can be nearest to any of the centres on the path
-  // input: limits of the depth; if no sample of a block is deeper than `outside`, or all are deeper than `emptied`, all
-  // samples of the block are treated alike
+  // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
+  // `emptied`, the block is treated as a whole
   float outside, emptied;
   F8 x, y, z;        // positions, relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
@@ -158,7 +158,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Combine the two tangents that bound the curve so that the result is level.
+  // Combine the two tangents that bound the curve so that the combined bound is level along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -172,11 +172,12 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// The centres at the beginning of the path: their depth in the head, and their distance from each of its pieces.
+/// Data of the centres at the beginning of the path: their depths in the head, and their distances from each of its
+/// pieces.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // in the head's frame
-  F8 rho;     // distance from its axis
+  F8 rho;     // distance from the head's axis
 
   /// The pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
@@ -186,7 +187,7 @@ struct AtStart {
     }
     return set;
   }
-  /// True if the head recedes from all samples of the block. Depth is concave along the path, so each of them is then
+  /// True if the head recedes from all samples of the block. Depth is concave along the path, so each sample is then
   /// deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
   bool recedes(const Straight& way, int lane, float rounding) const {
     const unsigned set = nearest_within(kHalf, lane, way.count);
@@ -209,7 +210,7 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Only for centres that are not outside: most are.
+/// Used only for centres that are not outside; most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found) {
   const Straight& way = *way_at;
@@ -238,7 +239,7 @@ float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   return least;
 }
 
-/// A block, the part of it to process, and bounds of the depth, computed at the block's centre.
+/// A block, the part of it that is processed, and bounds of the depth, computed at the block's centre.
 struct WayBlock {
   float* distance;
   const Tissue* tissue;
@@ -246,8 +247,8 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // first sample, relative to the first pose's base
   float top, n[3], share;
-  float bent;    // upper bound of the error of the centre's values for its samples
-  float* due;    // where to note when the block is due again; null: nowhere
+  float bent;    // upper bound of the error when the centre's values are used for the other samples
+  float* due;    // receives the path length at which the block is due again; null: the value is not stored
   unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
 
@@ -256,12 +257,12 @@ struct WayBlock {
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// The plane's bound of all depths in the row through the centre.
+  /// The plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Voxels by which the plane's bound of a row lies below -kMargin, the least that any sample holds. If this is not
-  /// negative, the row cannot change.
+  /// Distance, voxels, of the plane's bound of a row below -kMargin, the smallest value that any sample has. If the
+  /// result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// The plane's bound of all depths in the block.
+  /// The plane's upper bound of all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
@@ -277,8 +278,8 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)) and ignores depths below -kMargin. Returns true if any sample
-/// changed. `slack`: voxels that the head may move on before any sample of these rows can change.
+/// Sets each sample to max(sample, min(depth, kInner)), ignoring depths below -kMargin. Returns true if any sample
+/// changed. `slack`: voxels that the head may still move before any sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed, float* slack) {
   const Straight& way = *way_at;
@@ -291,8 +292,8 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  float unread = kNoEnd;    // room of the rows that are not read, …
-  F8 read = F8{} + kNoEnd;  // … and of those that are read and cannot change
+  float unread = kNoEnd;    // voxels, slack of the rows that are not read
+  F8 read = F8{} + kNoEnd;  // voxels, slack of the rows that are read but cannot change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float room = block.unread(ix, iy); room >= 0) {
@@ -360,7 +361,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step is at the other end of the path: a maximum there was already cut, with the same bits.
+  // The first step is at the other end of the path. If the maximum is there, it was already cut, with the same bits.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -385,7 +386,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // The rotation minus the identity, without loss of digits.
+  // Computes the rotation minus the identity without cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},
@@ -404,8 +405,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent: rounding; near a corner, twice the distance to the corner; and the rounding
-  // of the path's direction
+  // Upper bound of the error of a tangent. It has three parts: rounding; near a corner, twice the distance to the
+  // corner; and the rounding of the path's direction
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -423,7 +424,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // Voxels around the head, plus the error of a straight path.
+  // voxels, distance around the head that the cut can reach, including one voxel for the error of a straight path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
@@ -465,9 +466,10 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     WayBlock blocks[8];
     glm::ivec3 begun[8];
-    float* due[8];  // where to note when these blocks are due again; null: nowhere
+    float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
     const auto note = [&](float* at, float slack) {
-      if (at && k == straights_) *at = known->way + (slack - known->slip);  // only the last part tells
+      // only the last part of the path determines when blocks are due
+      if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;
     const auto put = [](Centres& to, int lane, const glm::vec3& c) {
@@ -508,7 +510,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
       lanes = 0;
     };
     // Omits blocks that are too far from the head on the whole path. If the head was cut out at the beginning of the
-    // path, also omits blocks that are empty, and blocks from which it recedes.
+    // path, also omits empty blocks and blocks from which the head recedes.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);

@@ -23,32 +23,35 @@ struct Straight {
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
-/// For blocks of 4 × 4 × 8 voxels, z fastest: the length of the head's path at which each must be examined again
-/// (CutFront). A sweep that knows nothing about a block leaves its value as it is.
+/// For blocks of 4 × 4 × 8 voxels, z fastest: the path length of the head at which each block must be examined again
+/// (CutFront). A sweep that has no information about a block does not change its value.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // blocks
   float way;               // voxels of path at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// The values of a row of blocks along z: from that of the block that begins at `voxel` to that which holds height
-  /// `last_z`. Null where they are not all known.
+  /// The due values of a row of blocks along z, from the block that begins at `voxel` to the block that contains
+  /// height `last_z`. Null if any of these values is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
 inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample
-inline constexpr float kSlow =
-    0.05f;  // voxels; for a motion of at most this length only the final pose is cut, which saves a seventh of the time
-inline constexpr float kNear = 0.01f;  // voxels; closer to a corner, the direction from it is dominated by rounding
+// voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
+// time
+inline constexpr float kSlow = 0.05f;
+inline constexpr float kNear = 0.01f;  // voxels; nearer to a corner, rounding dominates the direction from the corner
 
-/// Smallest distance from the axis at which a maximum between the ends of a path is too low to matter (way² / 4 r), if
-/// one piece is nearest along the whole path.
+/// Smallest distance r from the axis at which the additional depth between the ends of a path, about way² / 4 r, can
+/// be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;  // cuts are at most 3 voxels deep
+  // the sum includes the depth of a cut, at most 3 voxels
+  return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
-/// Samples that may have been deeper in the head during its motion than at its end, where they were cut before.
+/// Samples that may have been deeper in the head during its motion than at its end; the head was already cut at the
+/// end.
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 
@@ -61,7 +64,8 @@ struct PathMaxima {
   std::uint8_t label[kRoom];
 
   PathMaxima(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
-  /// Call before reading `samples` samples: makes room so that all of them can be added.
+  /// Call before `samples` samples are read: if the list has too little space for all of them, it is carved and
+  /// emptied.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }

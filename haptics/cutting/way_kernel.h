@@ -1,7 +1,8 @@
 // Kernel text, included after depth_kernel.h in namespaces of lanes: the change of the depth of samples along their
 // path.
 
-/// The nearest piece to some samples, as in NearestPiece, with their positions relative to it and its normal there.
+/// The piece nearest to some samples, as in NearestPiece; also the samples' positions relative to this piece, and its
+/// normal there.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -30,7 +31,7 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Outward normal; at a corner any normal between the neighbours' is valid.
+  /// Outward normal; at a corner, any direction between the normals of the two pieces is valid.
   TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
@@ -44,7 +45,7 @@ struct NearestWithNormal {
   }
 };
 
-/// Finds the nearest of several pieces; each piece is a bit of `set`.
+/// Finds the nearest of several pieces. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -55,15 +56,15 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Mask of the samples that may have been deeper, by a relevant amount and more than `least`, on a path that leads
-/// back. Their depth initially grows by `growth` / `scale`, and never faster.
+/// Mask of the samples whose depth may have been larger than both their present depth (by a relevant amount) and
+/// `least`, on a path that leads back. The depth initially grows by `growth` / `scale`, and never faster.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The nearest piece to some samples, and the component of a direction towards it, without another square root. The
-/// direction is given by its components perpendicular to the axis and along it, × rho.
+/// The piece nearest to some samples, and the component of a direction towards this piece, without another square
+/// root. The direction is given by its components perpendicular to the axis and along it, × rho.
 struct NearestOnWay {
   NearestPiece nearest;
   Floats away;  // component of the direction away from the nearest point, times the distance to it, × rho
@@ -92,7 +93,7 @@ struct NearestOnWay {
   }
 };
 
-/// Finds the nearest of several pieces; each piece is a bit of `set`.
+/// Finds the nearest of several pieces. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -109,8 +110,8 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 /// along it. `tip`: the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies
-  // between them, the maximum is at w itself.
+  // The normals rotate from the normal of the first piece to that of the last piece; at a tip they begin at the
+  // downward direction. If w lies between them, the maximum is at w itself.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

@@ -19,7 +19,7 @@ double angle_of(double cosine) {
 struct FiveBar {
   double rho, z, lambda;
 };
-/// Polhem's linkage: motors B and C drive two cranks; λ is the angle of the forearm.
+/// Polhem's five-bar linkage: motors B and C drive two cranks; λ is the angle of the forearm.
 FiveBar five_bar(const Arm& arm, double t2, double t3) {
   const auto& L = arm.L;
   const double px = L[0] + L[1] * std::cos(t2), py = L[1] * std::sin(t2);

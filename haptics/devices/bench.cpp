@@ -18,8 +18,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A second-generation board that answers at once, moves slightly to and fro, and sends one report per period of
-/// simulated time.
+/// A board of the second generation that answers at once. It moves slightly to and fro, and sends one report per
+/// period of simulated time.
 class MemoryBoard : public Link {
  public:
   explicit MemoryBoard(double rate) : period_(from_seconds(1 / rate)) {}
@@ -41,7 +41,7 @@ class MemoryBoard : public Link {
   unsigned sum_ = 0;
 };
 
-/// ns from each sample to its written force; stored individually, because the histogram's bins are too coarse here.
+/// Times from each sample to its written force, ns. Each is stored, because a histogram's bins would be too coarse.
 using Times = std::vector<double>;
 
 Times bare_loop(int ticks) {
@@ -73,7 +73,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   HandSample sample;
   hand.read(sample);
 
-  // The tip's whole path is slightly inside the block's face.
+  // The whole path of the tip lies slightly below the block's face.
   const dvec3 tip = sample.X_WT.p;
   const DenseTissue block =
       read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel", "solid": {{"box": {{
@@ -108,7 +108,8 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   return times;
 }
 
-/// Velocity error of a path, m/s rms: relative to the present velocity, and to the velocity at the stated lag.
+/// Velocity error on a path, m/s rms: relative to the velocity at the same time, and relative to the velocity at the
+/// stated lag.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };

@@ -7,8 +7,8 @@
 
 namespace typodont::haptics {
 
-/// One encoder. Valid if it turns less than half its range between two reports, which the supported arms cannot exceed
-/// in their whole workspace.
+/// One encoder. Its count is valid if the encoder turns less than half its 16-bit range between two reports. The
+/// supported arms cannot exceed this, even across their whole workspace.
 class Encoder {
  public:
   /// Sets the count that belongs to the present reading.
@@ -21,12 +21,13 @@ class Encoder {
   /// Result of a reading.
   enum class Step {
     kGood,
-    kRejected,  // too far from the last reading: the report is wrong, and the count is kept
-    kSlipped,   // the reading stays too far away: counts were lost, and the position is wrong until the arm is homed
+    kRejected,  // too far from the last reading: the report counts as wrong, and the count does not change
+    kSlipped,   // the readings stay too far away: counts were lost, and the position is wrong until the arm is homed
   };
-  /// `reach`: largest change in counts since the last good reading; `nearby`: largest change between two readings.
+  /// Processes a reading. `reach`: largest possible change in counts since the last good reading. `nearby`: largest
+  /// possible change between two readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // The int16 difference of int16 readings selects the shorter direction.
+    // The difference as int16 is the shorter of the two directions.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -49,7 +50,8 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If distant readings agree with each other, the encoder has jumped; wrong reports would not agree.
+    // If distant readings agree with each other, the encoder has really jumped, because wrong reports would not
+    // agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

@@ -19,14 +19,14 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-// All signals that end a process which does not handle them, except SIGKILL.
+// All signals that end a process that does not handle them, except SIGKILL.
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
 
-/// An alternative stack, because after a stack overflow the handler has no other memory.
+/// Sets an alternative stack, because after a stack overflow the handler has no other memory.
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
@@ -96,8 +96,8 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // A servo that was sending has finished by then, has seen the flag and has sent zero itself. A second round covers
-    // a servo that was interrupted in between.
+    // A servo that was sending a force has finished by now, has seen the flag and has sent zero itself. The second
+    // round covers a servo that was interrupted before it could see the flag.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

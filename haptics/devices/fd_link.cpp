@@ -35,7 +35,7 @@ namespace {
 
 class FdLink : public Link {
  public:
-  /// `whole`: each write is a complete message, so that another process may write messages, too.
+  /// `whole`: each write is a complete message, so that another process may write messages to the same descriptor.
   FdLink(Descriptor fd, bool whole) : fd_(std::move(fd)), whole_(whole) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);
   }
@@ -53,9 +53,9 @@ class FdLink : public Link {
   }
 
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    const int kept = errno;  // preserve errno, because this may run in a signal handler
-    // Writing to a closed connection must not raise SIGPIPE. send() refuses descriptors that are not sockets; then
-    // write() is used.
+    const int kept = errno;  // errno must not change, because this function may run in a signal handler
+    // Writing to a closed connection must not raise SIGPIPE. If send() refuses the descriptor because it is not a
+    // socket, write() is used.
     ssize_t n = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n < 0 && errno == ENOTSOCK) n = ::write(fd_.get(), bytes.data(), bytes.size());
     errno = kept;
@@ -112,7 +112,7 @@ std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   settings.c_cc[VMIN] = 0;
   settings.c_cc[VTIME] = 0;
   if (::tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Error(port.string(), "", std::strerror(errno), "raw mode");
-  ::ioctl(fd.get(), TIOCEXCL);  // exclusive use, also against programs that do not use our lock
+  ::ioctl(fd.get(), TIOCEXCL);  // exclusive use, also for programs that do not use our lock
   ::tcflush(fd.get(), TCIOFLUSH);
   return std::make_unique<FdLink>(std::move(fd), true);
 }

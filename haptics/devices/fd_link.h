@@ -27,8 +27,8 @@ class Descriptor {
 /// missing, no permission (with the command that fixes it), or in use by another program.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// A lock for a device without a node of its own, for example behind a service: only one program on this computer can
-/// hold the name at a time, until the descriptor is closed. Throws Error naming `where`.
+/// A lock for a device without a node of its own, for example a device behind a service. Only one program on this
+/// computer can hold the name at a time, until the descriptor is closed. Throws Error naming `where`.
 Descriptor claim(const std::string& name, const std::string& where);
 
 /// A serial port in raw mode. Throws Error.
@@ -38,7 +38,7 @@ std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
 /// Takes ownership of a stream descriptor (a pseudo-terminal or a socket).
 std::unique_ptr<Link> link_over(Descriptor fd);
 
-/// The command that fixes a missing permission.
+/// The command that grants a missing permission.
 inline constexpr const char* kPermissionRemedy = "sudo typodont devices --install-udev, then plug the device in again";
 
 }  // namespace typodont::haptics

@@ -20,12 +20,12 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// The connected devices, including those that may not be opened. Set-up time.
+/// Lists the connected devices, including those that this user may not open. Set-up time.
 std::vector<HidNode> enumerate_hid();
 /// Opens a node and locks it against other programs. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);
-/// The report descriptor of a hidraw node, read from `sysfs` (hidapi 0.13 has no function for it); empty if there is
-/// none.
+/// Reads the report descriptor of a hidraw node from `sysfs` (hidapi 0.13 has no function for it). Returns an empty
+/// vector if it does not exist.
 std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs = "/sys");
 
 }  // namespace typodont::haptics

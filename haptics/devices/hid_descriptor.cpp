@@ -83,11 +83,11 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x28:
         usage_maximum = with_page(value), has_range = true;
         break;
-      case 0x80: {  // Input
+      case 0x80: {  // item Input
         std::uint32_t& bit = next_bit[now.report_id];
         if (now.size > 32 && !(value & 1)) return fields;
         if (std::uint64_t{now.size} * now.count + bit > kMostBits) return fields;
-        const bool variable = !(value & 1) && (value & 2);  // neither padding nor an array
+        const bool variable = !(value & 1) && (value & 2);  // the field is neither padding nor an array
         for (std::uint32_t i = 0; variable && i < now.count && fields.size() < kMostFields; ++i) {
           std::uint32_t usage = 0;
           if (has_range && usage_maximum >= usage_minimum) {
@@ -95,7 +95,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
           } else if (!usages.empty()) {
             usage = usages[std::min<std::size_t>(i, usages.size() - 1)];
           }
-          // If the minimum is not negative, a maximum that reads as negative is meant as unsigned (0xff for 255).
+          // If the minimum is not negative, a maximum that reads as negative is really unsigned (0xff is 255).
           const std::int32_t maximum = now.minimum >= 0 ? static_cast<std::int32_t>(now.maximum_raw & 0x7fffffff)
                                                         : sign_extend(now.maximum_raw, now.maximum_bytes);
           fields.push_back({usage, now.report_id, bit + i * now.size, now.size, now.minimum, maximum});
@@ -106,7 +106,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x90:
       case 0xb0:
       case 0xa0:
-      case 0xc0:  // Output, Feature, Collection, End: reset the local items
+      case 0xc0:  // items Output, Feature, Collection and End reset the local items
         usages.clear();
         has_range = false;
         usage_minimum = usage_maximum = 0;

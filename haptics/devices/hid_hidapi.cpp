@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Converts device strings for messages; characters outside ASCII become '?'.
+/// Converts a device's strings for messages; characters outside ASCII become '?'.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-std::mutex hidapi_mutex;  // needed because devices are reopened on separate threads
+std::mutex hidapi_mutex;  // required because devices are reopened on separate threads
 
 struct Closer {
   void operator()(hid_device* device) const { hid_close(device); }
@@ -41,8 +41,8 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Uses our own descriptor of the same node. hid_write() would store an error text on the heap, and this function may
-  // be called by the watchdog while the servo is in hid_read_timeout(), or by a signal handler.
+  // Writes through our own descriptor of the same node, because hid_write() would store an error text on the heap.
+  // This function may be called by the watchdog while the servo is in hid_read_timeout(), or by a signal handler.
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

@@ -15,7 +15,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Prefer usages of simulation controls such as accelerator, brake and clutch, then the generic axes.
+// Order of preference of HID usages: simulation controls (accelerator, brake, clutch) first, then the generic axes.
 constexpr std::array<std::uint32_t, 11> kAxes{0x0200c4, 0x0200c5, 0x0200bb, 0x010030, 0x010031, 0x010032,
                                               0x010033, 0x010034, 0x010035, 0x010036, 0x010037};
 constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 5> kKeyboards{
@@ -93,7 +93,7 @@ std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::ui
 }
 
 double Pedal::value() noexcept {
-  for (int i = 0; i < 16 && !lost_; ++i) {  // use the newest report
+  for (int i = 0; i < 16 && !lost_; ++i) {  // reads on until the newest report
     std::uint8_t buffer[64];
     const int n = link_->read(buffer, 0);
     if (n == 0) break;
@@ -110,7 +110,7 @@ double Pedal::value() noexcept {
 std::vector<FoundDevice> find_pedals() {
   std::vector<FoundDevice> pedals;
   for (const HidNode& node : enumerate_hid()) {
-    if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;  // a mouse, a 6-DoF mouse
+    if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;  // the node is a mouse or a 6-DoF mouse
     const auto kind = pedal_kind(node.vendor, node.product, report_descriptor(node.path));
     if (!kind) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
@@ -129,7 +129,8 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      if (!any) throw;  // requested by name; otherwise try the next one
+      // an error is reported only for a pedal that was requested by name; otherwise the next pedal is tried
+      if (!any) throw;
     }
   }
   if (any) return nullptr;

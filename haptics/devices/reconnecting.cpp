@@ -31,11 +31,11 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
-    throw Error(info_.address, "", device->info().serial, info_.serial);  // another device
+    throw Error(info_.address, "", device->info().serial, info_.serial);  // the connected device is another one
   }
   if (!info_.counts_from_rest) return device;
-  // The device counts from the pose in which it was opened, which must be its home position. A device that a hand holds
-  // does not stay still within kStill.
+  // The device counts from the pose in which it was opened, and this must be its home position. A device that a hand
+  // holds moves by more than kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;
@@ -53,7 +53,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
   if (device_) {
     HandSample raw;
     if (device_->read(raw)) {
-      if (fresh_) {  // its clock may have restarted
+      if (fresh_) {  // the new device's clock may have restarted
         fresh_ = false;
         const Nanos t = options_.clock();
         if (!started_) began_ = t;
@@ -69,7 +69,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
     due_ = options_.clock();
     reopener_.want(std::move(device_));
   }
-  // Disconnected: time continues, and the hand stays at its last pose.
+  // While disconnected, time continues, and the hand stays at its last pose.
   due_ += from_seconds(1 / info_.rate);
   options_.sleep_until(due_);
   faults_ = bits(Fault::kDeviceLost);

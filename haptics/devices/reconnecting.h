@@ -18,7 +18,8 @@ class ReconnectingDevice : public HapticDevice {
     std::function<Nanos()> clock;            // empty: now()
     std::function<void(Nanos)> sleep_until;  // empty: sleep_until()
     std::chrono::milliseconds retry{500};
-    Nanos rest = 2 * kNanosPerSecond;  // ns for which a device must rest if its encoders count from the rest position
+    // ns of rest that are required of a device whose encoders count from the rest position
+    Nanos rest = 2 * kNanosPerSecond;
   };
   /// `open` throws while the device is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,

@@ -11,11 +11,11 @@
 
 namespace typodont::haptics {
 
-/// Used by one thread (the servo): pass the lost object to want(), then call take() until it returns a new one.
+/// Use from one thread (the servo): pass the lost object to want(), then call take() until it returns a new one.
 template <class T>
 class Reopener {
  public:
-  /// `open` returns null or throws while the device is missing; it is tried twice per second.
+  /// `open` returns null or throws while the device is missing. It is tried twice per second.
   explicit Reopener(std::function<std::unique_ptr<T>()> open,
                     std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
@@ -30,10 +30,11 @@ class Reopener {
   Reopener(const Reopener&) = delete;
   Reopener& operator=(const Reopener&) = delete;
 
-  /// Takes ownership of the lost object, because closing it may block; the other thread closes it. Never blocks, never
+  /// Takes ownership of the lost object; the other thread closes it, because closing may block. Never blocks, never
   /// allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    delete dead_.exchange(dead.release());  // normally null, because a second want() comes only after a take()
+    // deletes nothing normally, because a second want() follows only after a take()
+    delete dead_.exchange(dead.release());
     wanted_.store(true);
     wake_.notify_all();  // if the notification is lost, the thread checks periodically anyway
   }
@@ -51,7 +52,7 @@ class Reopener {
         if (!fresh) continue;
         wanted_.store(false);
         delete fresh_.exchange(fresh.release());
-      } catch (const std::exception&) {  // still missing
+      } catch (const std::exception&) {  // the device is still missing
       }
     }
   }

@@ -14,9 +14,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// s between two samples; a longer gap means that the clock jumped or that the loop did not run
+// s, limit of the time between two samples; a longer gap means that the clock jumped or that the loop did not run
 constexpr double kLongestGap = 0.1;
-constexpr double kNoise = 5e-4;             // m, apparent motion of a still hand between two samples
+constexpr double kNoise = 5e-4;             // m, limit of the apparent motion of a hand at rest between two samples
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two checks while there is no force
 constexpr double kPedalReleased = 0.05;
 
@@ -46,11 +46,11 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     install_exit_guard();
     if (options_.watchdog_thread) {
       watchdog_ = std::thread([this] {
-        // priority above the servo; it sleeps nearly always
+        // The priority is above the servo's; this thread sleeps nearly always
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // Limit the sleep to the planned time, whatever the clock does.
+          // The sleep never exceeds the planned time, even if the clock jumps.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -104,15 +104,16 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // The watchdog sends zero again until the servo has noticed the trip, so that a force that it was just sending cannot
-  // stay.
+  // The watchdog repeats the zero force until the servo has noticed the trip. So a force that the servo was just
+  // sending cannot stay.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // A check time before the last write (the clock was set back) is as suspicious as one long after it.
+  // If the time of this check is before the last write (the clock was set back), this is as suspicious as a long time
+  // without a write.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -130,7 +131,7 @@ bool SafeDevice::read(HandSample& sample) noexcept {
   }
   const Nanos away = options_.clock() - wrote_;
   if (gives_force_ && wrote_ != 0 && (tripped_.load() || away < 0 || away > from_seconds(options_.limits.silence))) {
-    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has sent zero by now
+    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has already sent zero
   }
   const double norm2 = glm::dot(raw.X_WT.R, raw.X_WT.R);
   const bool sound = is_finite(raw.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(raw.pedal);
@@ -177,18 +178,18 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // Set before the force is sent, so that the watchdog knows of it even if this thread is stopped in between.
+  // Set before the force is sent, so that the watchdog sees the write even if this thread is stopped before the send.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  if (tripped_.load() || forces_forbidden()) device_->release();  // the watchdog tripped while we were sending
+  if (tripped_.load() || forces_forbidden()) device_->release();  // the watchdog tripped while this thread was sending
 }
 
 void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Check if the servo was late; the watchdog may have noticed it, or may have slept, too.
+  // Checks whether the servo was late. The watchdog may have noticed the delay, or may have slept as well.
   const Nanos t = options_.clock();
   wrote_ = t;
   const Nanos since = t - last_write_.load();
@@ -203,13 +204,14 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // Enable force after the hand was free of contact for a while.
+  // Enables the force after the hand was free of contact for some time.
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    const double seen = std::min(dt_, 2 / info_.rate);  // motion in a longer gap was not observed
+    // s of observed motion; the motion in a longer gap was not observed
+    const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
     thermal_.add(0, dt_, limits);
@@ -223,7 +225,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
     gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
   }
 
-  // Limits for peak force, heat and slew rate. Each only reduces the force, so they do not conflict.
+  // Limits of peak force, heat and slew rate. Each limit only reduces the force, so they do not conflict.
   dvec3 f = f_T_W;
   dvec3 tau = tau_T_W;
   if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {

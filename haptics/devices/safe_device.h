@@ -6,7 +6,8 @@
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
 // A trip sends zero at once. The force returns only after the hand was free of contact for a while (the servo then
-// requests no force), and rises slowly. The drill stays off until then, and until the pedal was released once.
+// requests no force), and rises slowly. The drill stays off until the force returns and the pedal has been released
+// once.
 #pragma once
 
 #include <atomic>
@@ -26,7 +27,7 @@ class SafeDevice : public HapticDevice {
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
     std::function<Nanos()> clock;  // empty: now()
   };
-  /// Limits stated by the device. Also installs the exit guards (device_safety.h).
+  /// Options with the limits that the device states. Also installs the exit guards (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -34,7 +35,7 @@ class SafeDevice : public HapticDevice {
   SafeDevice(const SafeDevice&) = delete;
   SafeDevice& operator=(const SafeDevice&) = delete;
 
-  // Functions for the servo thread:
+  // Functions for the servo thread.
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override;
   void contact(bool touching) noexcept override { touching_ = touching; }
@@ -45,16 +46,17 @@ class SafeDevice : public HapticDevice {
   bool armed() const noexcept { return armed_; }
   double heat() const noexcept { return thermal_.heat; }
 
-  // Functions for any thread:
+  // Functions for any thread.
   void release() noexcept override;
-  /// The emergency key. The force ramps to zero within 15 ms and stays zero, and the drill stays off, until it is
-  /// cleared.
+  /// The emergency key. The force ramps to zero within 15 ms. Force and drill then stay off until the emergency stop
+  /// is cleared.
   void emergency_stop() noexcept { emergency_.store(true); }
   void clear_emergency() noexcept { emergency_.store(false); }
   /// All events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// Checks the servo at time t; returns the time of the next check. Called by the watchdog thread or a test.
+  /// Checks the servo at time t; returns the time of the next check. The watchdog thread or a test calls this
+  /// function.
   Nanos watch(Nanos t) noexcept;
 
  private:
@@ -70,7 +72,7 @@ class SafeDevice : public HapticDevice {
   DeviceInfo info_;
   bool gives_force_;
 
-  // used only by the servo thread
+  // members used only by the servo thread
   std::uint32_t faults_ = 0;
   bool started_ = false;
   bool read_once_ = false;
@@ -86,7 +88,7 @@ class SafeDevice : public HapticDevice {
   bool pedal_locked_ = true;
   double pedal_held_ = 0;
 
-  // shared with the watchdog thread
+  // members shared with the watchdog thread
   std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
   std::atomic<bool> force_out_{false};  // the device may be applying a force

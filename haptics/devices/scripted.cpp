@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Index of a tool by its name or number; NaN if neither fits. Without names any index is accepted.
+/// Index of a tool by its name or number; NaN if no tool matches. If no names are given, any index is accepted.
 double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
   const auto named = std::find(tools.begin(), tools.end(), cell);
   if (named != tools.end()) return static_cast<double>(named - tools.begin());
@@ -127,7 +127,7 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// The file of the path that HAND.json names, relative to HAND.json.
+/// Finds the file of the path that HAND.json names, relative to HAND.json.
 std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
   const std::filesystem::path path = json["path"].string();
   return path.is_relative() ? file.parent_path() / path : path;
@@ -149,9 +149,9 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Four substeps with an implicit coupling to the path: stable for every stiffness and rate. The displacement uses
-      // the mean of old and new velocity, which is exact for a constant force; so the hand's stability limit against a
-      // wall equals the theoretical one.
+      // Each step consists of four substeps with an implicit coupling to the path, so it is stable for every
+      // stiffness and rate. The displacement uses the mean of old and new velocity, which is exact for a constant
+      // force. So the hand's stability limit against a wall equals the theoretical one.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

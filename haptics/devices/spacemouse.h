@@ -15,7 +15,7 @@ struct SpaceMouseState {
   dvec3 push{0}, twist{0};
   std::uint32_t buttons = 0;
 };
-/// Parses one report; false if it has an unknown type (the state is kept).
+/// Parses one report. Returns false and does not change `state` if the report has an unknown type.
 bool parse_spacemouse(std::span<const std::uint8_t> report, SpaceMouseState& state);
 bool is_spacemouse(std::uint16_t vendor, std::uint16_t product);
 
@@ -28,7 +28,7 @@ struct SpaceMouseControl {
   double dead_zone = 0.03;
   double smoothing = 0.02;  // s, time constant; reports come at about 100 Hz, the servo runs at 1 kHz
 };
-/// Frame H: x right, y away from the user, z up. Button 1 is the pedal.
+/// Makes the hand. Frame H: x right, y away from the user, z up. Button 1 is the pedal.
 std::unique_ptr<HapticDevice> make_spacemouse(std::unique_ptr<Link> link, const SpaceMouseControl& control, double rate,
                                               DeviceInfo identity);
 

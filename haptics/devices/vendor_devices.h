@@ -1,6 +1,6 @@
-// Lists devices that need a vendor's library. They identify themselves only while they are open, so each is opened
-// briefly, one after the other, and its description is cached. They are never opened while this process uses a device
-// of the same library; that device reports its own description.
+// Lists devices that need a vendor's library. These devices identify themselves only while they are open. So each
+// device is opened briefly, one after the other, and its description is cached. None is opened while this process
+// uses a device of the same library; that device reports its own description.
 #pragma once
 
 #include <functional>
@@ -15,8 +15,8 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// `plain`: the data known without opening. `ask` opens device i, describes it and closes it again. If that fails,
-  /// the entry says that access is not permitted, and it is tried again next time. Throws what `ask` throws.
+  /// `plain`: the data known without opening. `ask` opens device i, describes it and closes it again. If `ask` fails,
+  /// the entry says that access is not permitted, and the next call tries again. Throws what `ask` throws.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// Exists while a device of the library is open in this process.
@@ -38,7 +38,7 @@ class VendorDevices {
   int in_use_ = 0;
   // number of devices at the last search; if it changes, addresses may refer to other devices
   std::size_t plugged_in_ = 0;
-  std::map<std::string, FoundDevice> known_;  // known devices by address
+  std::map<std::string, FoundDevice> known_;  // descriptions of the known devices, by address
 };
 
 }  // namespace typodont::haptics

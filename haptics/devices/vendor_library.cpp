@@ -19,7 +19,7 @@ VendorLibrary::VendorLibrary(std::initializer_list<const char*> names, const std
   throw Error(tried, "", "not installed", what_to_install);
 }
 
-// Never closed on purpose, because vendors' libraries start threads that outlive the last handle.
+// The library is deliberately never closed, because vendors' libraries start threads that outlive the last handle.
 VendorLibrary::~VendorLibrary() = default;
 
 bool VendorLibrary::present(std::initializer_list<const char*> names) {

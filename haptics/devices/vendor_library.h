@@ -8,7 +8,7 @@ namespace typodont::haptics {
 
 class VendorLibrary {
  public:
-  /// Opens the first library that exists. Throws Error that says what to install.
+  /// Opens the first of the named libraries that exists. Throws Error that says what to install.
   VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install);
   VendorLibrary(const VendorLibrary&) = delete;
   VendorLibrary& operator=(const VendorLibrary&) = delete;
@@ -16,12 +16,12 @@ class VendorLibrary {
 
   static bool present(std::initializer_list<const char*> names);
 
-  /// Throws Error naming the library if it lacks the function.
+  /// Returns a function of the library. Throws Error naming the library if it lacks the function.
   template <class F>
   void get(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, true));
   }
-  /// nullptr if the library lacks the function.
+  /// Returns a function of the library; nullptr if the library lacks it.
   template <class F>
   void find(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, false));

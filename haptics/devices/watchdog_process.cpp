@@ -20,7 +20,7 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  std::array<std::uint8_t, 320> bytes{};  // large enough for a frame to a WebSocket service
+  std::array<std::uint8_t, 320> bytes{};  // commands to send; large enough for a frame to a WebSocket service
   std::size_t size = 0;
 };
 
@@ -49,7 +49,7 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     return;
   }
 
-  // This is the child. The parent may have threads, so only system calls are allowed from here on.
+  // The code below runs in the child. The parent may have threads, so the child may only make system calls.
   ::setsid();  // protects from Ctrl-C and Ctrl-Z of the parent's terminal
   ::prctl(PR_SET_NAME, "typodont-keeper");
   sigset_t all;
@@ -63,9 +63,9 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   ::close_range(static_cast<unsigned>(high + 1), ~0u, 0);
   sched_param priority{};
   priority.sched_priority = 85;
-  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // fails silently without permission
+  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // fails without a message if the permission is missing
 
-  Nanos silent_since = -1;  // time of the last write of a parent that stopped writing
+  Nanos silent_since = -1;  // time of the last write after which zero force was sent; -1: none
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
     const bool force = shared_->force_out.load(std::memory_order_acquire);
@@ -77,7 +77,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // A parent that ended normally has sent zero itself; repeating is harmless. A full queue may refuse the first write.
+  // A parent that ended normally has sent zero itself; sending it again is harmless. A full queue may refuse the
+  // first write.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};

@@ -1,8 +1,8 @@
 // A second process that keeps the device open and sends zero force if the program is killed or stopped.
-// device_safety.h covers every end that a program can handle. SIGKILL, the kernel's out-of-memory killer and SIGSTOP
-// cannot be handled. Without a watchdog process the force would then stay until the device's own watchdog ends it (0.5
-// s on the open-hardware arms; unknown behind a service). The watchdog process is a child process that waits until its
-// parent ends or stops writing, and then writes the command for zero force.
+// device_safety.h covers every end that a program can handle. But SIGKILL, the kernel's out-of-memory killer and
+// SIGSTOP cannot be handled. Without a watchdog process, the last force would then stay until the device's own
+// watchdog ends it (0.5 s on the open-hardware arms; unknown behind a service). The watchdog process is a child
+// process that waits until its parent ends or stops writing, and then writes the command for zero force.
 #pragma once
 
 #include <sys/types.h>
@@ -17,9 +17,9 @@ namespace typodont::haptics {
 
 class WatchdogProcess {
  public:
-  /// Set-up time. `descriptor`: descriptor of the open device, which the child keeps open; negative: no watchdog
-  /// process (simulated links). `zero`: the bytes to write. If no process can be created, there is no watchdog process,
-  /// and running() returns false.
+  /// Set-up time. `descriptor`: descriptor of the open device; the child keeps it open. Negative: no watchdog process
+  /// is started (simulated links). `zero`: the bytes to write. If no process can be created, there is no watchdog
+  /// process, and running() returns false.
   WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero);
   /// Ends the child. Call after zero force was sent.
   ~WatchdogProcess();
@@ -35,8 +35,8 @@ class WatchdogProcess {
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  // ns without a write while a force is on; five times the watchdog's timeout, because this is for a process that does
-  // not run
+  // ns, limit of the time without a write while a force is on; five times the watchdog's timeout, because this
+  // process only covers a parent that no longer runs
   static constexpr Nanos kSilence = 10'000'000;
 
  private:
@@ -49,7 +49,7 @@ class WatchdogProcess {
 
   Shared* shared_ = nullptr;
   pid_t child_ = -1;
-  int alive_ = -1;  // our end of a pipe: the child detects when it closes
+  int alive_ = -1;  // our end of a pipe; the child detects when this end closes
 };
 
 }  // namespace typodont::haptics

@@ -21,16 +21,17 @@ class WebSocket {
   WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
 
   enum class Got { kMessage, kNothing, kLost };
-  /// Gets the next complete text message, valid until the next call; kNothing if none came within `timeout` (0: only
-  /// what has already arrived). Answers the newest ping once (RFC 6455, 5.5.3). A close, an overlong message or an
-  /// invalid frame counts as a lost connection. Servo thread; never allocates.
+  /// Gets the next complete text message, which is valid until the next call. Returns kNothing if no message came
+  /// within `timeout` (0: only data that has already arrived is used). Answers the newest ping once (RFC 6455,
+  /// 5.5.3). A close, an overlong message or an invalid frame counts as a lost connection. Servo thread; never
+  /// allocates.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
   static constexpr std::size_t kLongestSent = 1000;
   /// Sends one frame in one call. Any thread or signal handler; at most kLongestSent bytes. If a frame cannot be sent
   /// completely, the connection counts as lost.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
-  /// A complete frame for a watchdog process (watchdog_process.h).
+  /// The text as a complete frame, for a watchdog process (watchdog_process.h).
   std::vector<std::uint8_t> frame_of(std::string_view text);
   int descriptor() const noexcept { return link_->descriptor(); }
 
@@ -48,7 +49,7 @@ class WebSocket {
   std::unique_ptr<Link> link_;
   std::vector<std::uint8_t> in_;  // received bytes that are not yet parsed: [begin_, end_)
   std::size_t begin_ = 0, end_ = 0;
-  std::vector<char> message_;  // the fragments of a message, joined
+  std::vector<char> message_;  // joined fragments of a message
   std::size_t length_ = 0;
   bool in_message_ = false;
   static constexpr std::size_t kLongestPing = 125;

@@ -12,14 +12,15 @@
 namespace typodont::haptics::importing {
 
 struct ArchSurface {
-  Mesh mesh;                         // closed; the triangles face outward
-  std::size_t scanned = 0;           // number of the scan's triangles, with closed holes; the base follows them
-  dvec3 up{0, 0, 1};                 // unit, from the border to the surface
-  std::vector<std::string> repairs;  // in plain words
+  Mesh mesh;                // closed; the triangles face outward
+  std::size_t scanned = 0;  // number of the scan's triangles, including those that close holes; the base's triangles
+                            // follow them in the mesh
+  dvec3 up{0, 0, 1};        // unit, from the border to the surface
+  std::vector<std::string> repairs;  // what was repaired, in plain words
 };
 
 /// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added under
-/// the longest border. Of the options only mesh_unit is used.
+/// the longest border. Only the option mesh_unit is used.
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

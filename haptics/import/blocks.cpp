@@ -28,7 +28,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // The run ends at the end of the block, or one sample outside the box.
+        // The run ends at the end of the block; outside the box it has one sample.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
@@ -63,7 +63,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // Adds weighted samples at multiples of `stride`, for `length` contiguous results.
+  // Computes weighted sums of samples at multiples of `stride`, for `length` contiguous results.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {
@@ -128,9 +128,9 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Flood fill over samples. It passes at once through whole blocks: blocks that are not stored, and, for connection over
-// faces, blocks whose samples are all in the mask. An entry of the stack is the index of a sample, or −1 − index of a
-// block.
+// Flood fill over samples. It passes in one step through whole blocks: blocks that are not stored and, for connection
+// over faces, blocks whose samples are all in the mask. An entry of the stack is the index of a sample, or −1 − index
+// of a block.
 template <class Label>
 class Spread {
  public:
@@ -342,7 +342,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^(−3/2).
+  // Inner products of Gaussians: their variances add, and the value at the centre is (2π·variance)^(−3/2).
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }

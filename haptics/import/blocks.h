@@ -135,9 +135,9 @@ Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSe
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur². It reduces noise, and, to
-/// second order, moves curved iso-surfaces back that a Gaussian `blur` (voxels) displaced by blur²·(mean curvature). c
-/// is limited to 3, because of the noise.
+/// Smoothing with the kernel (1 + c) G − c G·G, where c = 1 + (blur / sigma)²; its second moment is −blur². It
+/// reduces noise. To second order it also corrects curved iso-surfaces, which a Gaussian `blur` (voxels) displaced by
+/// blur²·(mean curvature). c is limited to 3, because of the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// Factor by which smooth_in_place() reduces white noise: the norm of its kernel.
 double noise_left(double sigma, double blur);
@@ -145,8 +145,8 @@ double noise_left(double sigma, double blur);
 /// One byte per block of the box, z fastest: 1 if any sample of g, smoothed by a Gaussian of `sigma`, exceeds `bound`.
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// The smallest (largest) value in the ball of `radius` voxels, at the samples set in `wanted`; other samples keep
-/// their values.
+/// The smallest value in the ball of `radius` voxels (or the largest, for ball_max), at the samples set in `wanted`;
+/// other samples keep their values.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
@@ -175,7 +175,7 @@ SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  std::vector<std::uint8_t> blocks;  // per block that is not stored, indexed as BlockSet::slot
+  std::vector<std::uint8_t> blocks;  // for each block that is not stored, indexed as BlockSet::slot
 };
 /// The part of `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);

@@ -28,8 +28,8 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
 }
 
 // Propagates features from the samples in x_lo .. x_hi − 1 that have a feature and are marked in `unpropagated`,
-// nearest first. The queue consists of buckets with the width of a quarter step, which orders well enough by distance,
-// in O(1).
+// nearest first. The queue consists of buckets, each a quarter step wide: this sorts by distance precisely enough, in
+// O(1).
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
                       int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
@@ -71,8 +71,8 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
 }
 
 // Propagates features (points, triangles) over the grid, so that each sample within the band stores its nearest
-// feature. `distance(feature, sample)`: in the caller's units. First all slabs in parallel, then across the borders
-// between slabs.
+// feature. `distance(feature, sample)`: in the caller's units. First works on all slabs in parallel, then across the
+// borders between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
   const int reach = static_cast<int>(band / step) + 2;  // samples
@@ -82,7 +82,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
-  // 1: the sample has a feature that its neighbours have not been offered yet
+  // 1: the sample has a feature that was not yet passed on to its neighbours
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
@@ -124,14 +124,15 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
     const double g2 = glm::dot(jet.gradient, jet.gradient);
     if (!(g2 > 1e-8)) return false;
     const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // step to the surface
-    // Step within the tangent plane
+    // Step within the tangent plane, towards q
     const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;
     const double error = glm::length(onto) + glm::length(along);
     if (error < 2e-3) {
       x += onto;
       return true;
     }
-    if (error > 0.9 * before) damping *= 0.6;  // if curvature times distance is near one, the tangent step overshoots
+    // if curvature times distance is near one, the tangent step overshoots, so it is damped
+    if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
     const double length = glm::length(step);
@@ -177,7 +178,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   std::vector<glm::vec3> points = crossings(phi);
   const double reach = band + 1.5 * placement.scale;
 
-  // Finds the blocks that are near enough to a surface point.
+  // Finds the blocks with samples that are near enough to a surface point.
   const glm::ivec3 count = BlockSet::blocks_of(size);
   Grid<std::uint8_t> near(count, 0);
   for (const glm::vec3& p : points) {
@@ -225,7 +226,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    if (feature.v[k] < 0) {  // far away, the linear interpolant has the correct sign
+    // without a feature the surface is far away, and the linear interpolant has the correct sign
+    if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
     }
@@ -249,7 +251,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   // A neighbour may have found a nearer part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // Improvements are stored separately, so that no sample reads what another one writes.
+    // Improvements are stored separately, so that no thread reads a sample that another thread writes.
     struct Better {
       std::size_t sample;
       float distance;
@@ -322,8 +324,8 @@ struct Crossing {
 static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
                                                              const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Lines are shifted by a tiny irrational amount, so that no line passes exactly through an edge of a mesh whose
-  // vertices lie on the grid.
+  // The lines are shifted by a tiny irrational amount. Otherwise a line could pass exactly through an edge of a mesh
+  // whose vertices lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   std::vector<std::vector<Crossing>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
   for (const Triangle& t : mesh) {

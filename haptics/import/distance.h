@@ -15,17 +15,18 @@ struct Placement {
   double scale = 1;
 };
 
-/// Stored only in the blocks near the surface.
+/// The field is stored only in the blocks near the surface.
 struct DistanceField {
   Sparse<float> distance;     // distance in units of the source's voxels, negative where phi > 0, clamped to ± band
   Sparse<glm::vec3> closest;  // closest surface point, in the source's index space; valid where |distance| < band
 };
 
-/// Distance to the surface phi = 0 (tricubic interpolation) for every sample of a grid of `size` placed in phi's index
-/// space; phi > 0 is inside. The closest points are propagated from the crossings. Where the distance is less than
-/// `exact`, Newton's method on the interpolant refines them (after Chopp 2001, "Some improvements of the fast marching
-/// method", eq. 4.1), so that the zero set does not move. Farther away the closest crossing is used. Crossings are
-/// about half a voxel apart, so the distance there is too large by at most about 1/(8 exact) voxel.
+/// Distance to the surface phi = 0 (tricubic interpolation) for every sample of a grid of `size`, which `placement`
+/// places in phi's index space; phi > 0 is inside. The closest points are propagated from the crossings. Where the
+/// distance is less than `exact`, Newton's method on the interpolant refines them (after Chopp 2001, "Some
+/// improvements of the fast marching method", eq. 4.1), so that the zero set does not move. For larger distances, the
+/// closest crossing is used; crossings are about half a voxel apart, so such a distance is too large by at most about
+/// 1/(8 exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -35,8 +36,8 @@ struct Triangle {
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
 /// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths. It sums the signed
-/// crossings of rays in the six axis directions; the paper takes the mean over all directions. 6 inside a closed mesh,
-/// 0 outside, intermediate values near the holes of an open mesh.
+/// crossings of rays in the six axis directions; the paper takes the mean over all directions. The value is 6 inside
+/// a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
 
 /// Distance from every sample to the nearest triangle, 0 to `band`.

@@ -24,11 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-constexpr double kSameSide = 0.7;       // cosine of the largest angle between normals of scan and CT on a crown
-constexpr double kGapArea = 10e-6;      // m², gaps in the crowns below this area belong to them
-constexpr double kLeastPiece = 5e-6;    // m², smaller pieces are no crowns
-constexpr double kLabelDepth = 0.75;    // voxels below the surface at which its tissue is read
-constexpr double kLeastGradient = 0.1;  // of a distance field; less: the sample is not near a surface
+// lower limit of the cosine of the angle between the normals of scan and CT on a crown
+constexpr double kSameSide = 0.7;
+constexpr double kGapArea = 10e-6;    // m², limit of the area of a gap in the crowns; smaller gaps count as crown
+constexpr double kLeastPiece = 5e-6;  // m², smallest area of a crown; smaller pieces do not count
+constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which its tissue is read
+// lower limit of a distance field's gradient (1 is exact); below it, the sample is not near a surface
+constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
   return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kCaries || t == Tissue::kPulp ||
@@ -40,7 +42,7 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Distance of a DenseTissue in m and its gradient, at a place in voxels; tricubic (Catmull–Rom).
+/// Distance stored in a DenseTissue, m, and its gradient, at a position in voxels; tricubic (Catmull–Rom).
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -67,14 +69,14 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   return jet;
 }
 
-/// Index of the sample nearest to a place in voxels.
+/// Index of the sample nearest to a position in voxels.
 std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
   return t.at(i.x, i.y, i.z);
 }
 
-/// Index of the sample whose label holds at a place: the sample itself if it is inside, otherwise one just below the
-/// nearest surface.
+/// Index of the sample whose label is valid at a position: the nearest sample if it is inside, otherwise a sample
+/// just below the nearest surface.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
@@ -111,7 +113,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan in C, with the part that shows crowns.
+/// The scan in frame C, with the part of it that shows crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -142,7 +144,7 @@ class Crowns {
     Near near{found->point, normal(found->triangle), std::sqrt(found->distance_squared), 0};
     if (!covered_[found->triangle]) return near;
     const auto& c = corners_[found->triangle];
-    // Barycentric coordinates.
+    // Computes the barycentric coordinates of the nearest point.
     const dvec3 a = point(c[0]), u = point(c[1]) - a, v = point(c[2]) - a, q = near.point - a;
     const dvec3 n = glm::cross(u, v);
     const double nn = glm::dot(n, n);
@@ -188,7 +190,8 @@ class Crowns {
     }
   }
 
-  /// Changes the connected pieces of triangles with covered_ == `covered` for which change(area, at border) is true.
+  /// Changes the state of connected pieces of triangles with covered_ == `covered`: those for which change(area, at
+  /// border) is true.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -227,7 +230,7 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // Distance to the CT's surface, by area.
+    // Distances to the CT's surface, each with the area of its triangle.
     std::vector<std::pair<double, double>> sizes;  // m, m²
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
@@ -251,7 +254,8 @@ class Crowns {
     }
   }
 
-  /// The weight of each point: rises from 0 at the rim of the crowns to 1 at the distance `blend` from it, along edges.
+  /// Computes the weight of each point: it rises from 0 at the rim of the crowns to 1 at the distance `blend` from
+  /// the rim, measured along edges.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -267,7 +271,7 @@ class Crowns {
         away[static_cast<std::size_t>(corners_[t][(k + 1) % 3])] = 0;
       }
     }
-    // Dijkstra's algorithm.
+    // Dijkstra's algorithm from the rim.
     std::vector<std::vector<int>> next(points_.size());
     for (std::size_t t = 0; t < scanned_; ++t) {
       if (!covered_[t]) continue;
@@ -309,12 +313,12 @@ class Crowns {
   std::size_t scanned_;
   std::vector<dvec3> points_;           // m, in C
   std::optional<TriangleTree> skin_;    // the scan without its base
-  std::optional<TriangleTree> closed_;  // with its base
+  std::optional<TriangleTree> closed_;  // the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  std::vector<bool> at_border_, covered_;  // per triangle of the scan
-  std::vector<double> weights_;            // per point
+  std::vector<bool> at_border_, covered_;  // for each triangle of the scan
+  std::vector<double> weights_;            // for each point
   FuseReport report_;
-  double largest_ = 0;  // m
+  double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };
 
 }  // namespace
@@ -348,7 +352,7 @@ std::vector<ScanPoint> IntraoralScan::points(std::size_t count) const {
     const double size = glm::length(n);
     sum += 0.5 * size;
     for (; due < sum; due += step) {
-      // Additive recurrence with the plastic number (Roberts 2018): fills the triangle evenly.
+      // The additive recurrence with the plastic number (Roberts 2018) fills the triangle evenly.
       const auto k = static_cast<double>(points.size());
       double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
       if (y + z > 1) y = 1 - y, z = 1 - z;
@@ -364,7 +368,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   const importing::Jet jet = distance_at(ct_, place);
   Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
-  // The tissue below the surface, also for a point that is deeper.
+  // Finds the tissue just below the surface, even if the point itself is deeper.
   const double slope = glm::length(value.gradient);
   if (!(slope > kLeastGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
@@ -411,7 +415,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
         std::abs(static_cast<double>(rough)) > far + coarse) {
-      phi.v[at] = -rough * inverse;  // only the sign matters here
+      phi.v[at] = -rough * inverse;  // only the sign of this value is used
       return;
     }
     const importing::Jet jet = distance_at(ct, place);
@@ -420,7 +424,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
     if (std::abs(d) < far && slope > kLeastGradient) {
-      // The nearest points on the scan from this sample, and from its nearest point on the CT's surface.
+      // Computes the nearest points on the scan: from this sample, and from the sample's nearest point on the CT's
+      // surface.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);
       const auto near = opposite && opposite->weight > 0
@@ -441,7 +446,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Distances to the new surface. Farther than the band from the moved surface the CT's distances are kept.
+  // Computes the distances to the new surface. Samples farther than the band from the moved surface keep the CT's
+  // distances.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));

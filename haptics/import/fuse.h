@@ -1,5 +1,5 @@
-// Fusion of an intraoral scan with a cone beam CT: sharp crowns from the scan; roots, bone and canals from the CT.
-// Frames: S the scan's file, C the CT's volume. Set-up time; throws Error.
+// Fusion of an intraoral scan with a cone beam CT: the scan gives sharp crowns; the CT gives roots, bone and canals.
+// Frame S is that of the scan's file, frame C that of the CT's volume. Set-up time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -33,7 +33,7 @@ class IntraoralScan {
   ~IntraoralScan();
   IntraoralScan(IntraoralScan&&) noexcept;
 
-  /// Points spread evenly over the scanned surface, without the base. Each represents area() / count.
+  /// Points spread evenly over the scanned surface, without the base. Each point represents the area area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², of the scanned surface
   const std::vector<std::string>& repairs() const;
@@ -60,17 +60,18 @@ class ToothField {
 };
 
 struct FuseOptions {
-  std::optional<double> voxel;  // m, voxel of the result; default: the CT's
+  std::optional<double> voxel;  // m, voxel of the result; default: voxel of the CT
   double reach = 1e-3;          // m, largest distance between scan and CT at which the scan shows a crown of the CT
   double blend = 0.5e-3;        // m, width of the transition from the CT to the scan, inward from the rim of the crowns
   std::function<void(double)> progress;  // 0..1, may be empty
 };
 
 struct FuseReport {
-  double scanned_area = 0;  // m², of the scan
-  double covered_area = 0;  // m², of the part that replaces the CT's surface
-  // Distance from the scan to the CT's surface over this part: positive where the scan lies outside.
-  double mean = 0, median_size = 0, most_size = 0;  // m; mean, and median and 95th percentile of the absolute value
+  double scanned_area = 0;  // m², area of the scan
+  double covered_area = 0;  // m², area of the part that replaces the CT's surface
+  // Signed distances from the scan to the CT's surface over this part; positive if the scan lies outside.
+  // m: mean of the signed values; median and 95th percentile of the absolute values
+  double mean = 0, median_size = 0, most_size = 0;
 };
 
 struct Fused {
@@ -80,7 +81,8 @@ struct Fused {
 
 /// Replaces the surface of the CT's crowns by the scan's surface. Rules:
 /// - A triangle shows a crown if its corners lie within `reach` of the surface of a tooth in the CT, and the normals
-///   agree within 45°. Gaps in this part that are smaller than 10 mm² and do not reach the scan's border belong to it
+///   agree within 45°. Gaps in this part that are smaller than 10 mm² and do not reach the scan's border also count
+/// as crown
 ///   (a fissure that the CT does not resolve); pieces smaller than 5 mm² do not (gingiva that crosses the CT's
 ///   surface).
 /// - A sample takes the scan's distance if its nearest point on the scan lies in this part, and the scan there lies
@@ -88,9 +90,10 @@ struct Fused {
 ///   number of the closed scan. Over `blend` from the rim, both distances are blended.
 /// - Labels and hardness are those of the CT. A sample that was outside the CT's tissue takes those of the nearest
 ///   tissue.
-/// - Farther than the band and two voxels from the moved surface, samples keep the CT's distance and label exactly, if
-///   the voxel is the CT's.
-/// Throws Error if no part of the scan shows a crown, or if the result does not fit into memory.
+/// - Farther than the band and two voxels from the moved surface, samples keep the CT's distance and label exactly,
+/// if
+///   the voxel is the CT's. Throws Error if no part of the scan shows a crown, or if the result does not fit into
+/// memory.
 Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, const FuseOptions& options);
 
 }  // namespace typodont::haptics

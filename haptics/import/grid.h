@@ -43,17 +43,18 @@ using Mask = Grid<std::uint8_t>;
 /// Runs work(x) for x in [0, n) on all cores; each x must write only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Trilinear interpolation; outside the box, the value at its border.
+/// Trilinear interpolation. Outside the box, the value at its border is used.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
   double value;
   glm::dvec3 gradient;  // per voxel
 };
-/// Tricubic interpolation (Catmull-Rom: C1, passes through the samples); outside the box, the value at its border.
+/// Tricubic interpolation (Catmull-Rom: C1, passes through the samples). Outside the box, the value at its border is
+/// used.
 Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
-/// Separable Gaussian, sigma in voxels; outside the box, the value at its border is used.
+/// Separable Gaussian, `sigma` in voxels. Outside the box, the value at its border is used.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
 /// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); very large if

@@ -139,7 +139,7 @@ void measure(Imported& imported, ImportPreset preset) {
         report.volume[tissue] += share * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // The outermost crossings between this sample and its neighbours outside.
+        // Finds the outermost crossings between this sample and its neighbours outside.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -19,10 +19,10 @@ enum class ImportPreset {
   kJaw,    // a scan: bone, teeth, pulp, nerve canals and metal
 };
 
-/// A linear map from a scan's grey values to hardness (hardness.h) for each of the scan's two hard tissues: hardness 0
-/// at the grey value `zero` and below; hardness 1 at `own` and above in the softer tissue (dentin, cancellous bone), at
-/// `dense` and above in the denser one (enamel, cortical bone). Without `dense`, the denser tissue has hardness 1. Pulp
-/// has hardness 1.
+/// A linear map from a scan's grey values to hardness (hardness.h) for each of the scan's two hard tissues: hardness
+/// 0 at the grey value `zero` and below; hardness 1 at `own` and above in the softer tissue (dentin, cancellous
+/// bone), at `dense` and above in the denser one (enamel, cortical bone). If `dense` is not given, the denser tissue
+/// has hardness 1. Pulp always has hardness 1.
 struct HardnessGreys {
   double zero = 0, own = 1;
   std::optional<double> dense;
@@ -37,18 +37,20 @@ struct ImportPart {
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
   std::vector<ImportPart> parts;  // parts instead of one file; where they overlap, the later part is used
-  std::optional<double> voxel;    // m, voxel of the result; default: the scan's smallest spacing, for a mesh 0.1 mm
+  std::optional<double> voxel;    // m, voxel of the result; default: the scan's smallest spacing; for a mesh 0.1 mm
   std::optional<int> series;      // number of the DICOM series, if a folder contains several; as in the printed list
   std::optional<dvec3> spacing;   // m, spacing along the scan's own axes, instead of the spacing in the file
-  std::optional<double> surface_grey;  // limit between surroundings and the softer tissue; default: from the histogram
-  std::optional<double> dense_grey;    // limit between the softer and the denser tissue; default: from the histogram
-  std::optional<double> hounsfield;    // grey value of 0 Hounsfield units; default: from the histogram
+  std::optional<double> surface_grey;  // grey value of the threshold between the surroundings and the softer tissue;
+                                       // default: from the histogram
+  // grey value of the threshold between the softer and the denser tissue; default: from the histogram
+  std::optional<double> dense_grey;
+  std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; default: from the histogram
   std::optional<double> nan_grey;  // grey value for voxels that are not a number; without it, such voxels are an error
   glm::dmat3 turn{1};              // rotation by quarter turns (quarter_turns), applied to the result
   // Hardness from the scan's grey values; nullopt: every tissue has its own hardness
   std::optional<HardnessGreys> hardness;
-  double band = 1.5e-3;          // m, limit of the true distances on both sides of the surface
-  double mesh_unit = 1e-3;       // m per unit of a mesh file
+  double band = 1.5e-3;     // m, largest distance on both sides of the surface for which true distances are computed
+  double mesh_unit = 1e-3;  // m per unit of a mesh file
   std::optional<double> shell;   // m, for a mesh: thickness of the dense outer tissue
   std::optional<double> crown;   // m, for an arch without colours: height of a crown below its cusps
   bool greys = true;             // true: the scan's grey values are kept, which write_preview() needs
@@ -89,12 +91,14 @@ struct ImportReport {
   // Grey values, for scans only.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
-  double noise_grey = 0;  // standard deviation of the grey values in the surroundings
+  double noise_grey = 0;  // standard deviation of the surroundings' grey values
   double blur = 0;        // m, standard deviation of the edge response
   double memory = 0;      // bytes, largest memory need, estimated before the work
-  // Space of the file. "LPS": x to the patient's left, y to the back, z to the head; "RAS"; empty: unknown
+  // Coordinate space of the file: "LPS" (x to the patient's left, y to the back, z to the head), "RAS", or empty:
+  // unknown
   std::string space;
-  /// Rotation from the result to the file's space: a point p of the result, m, is at world_rotation · p there.
+  /// Rotation from the result to the file's space: a point p of the result, m, has the position world_rotation · p in
+  /// that space.
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
   std::vector<std::string> repairs;  // repairs of the mesh, in plain words
@@ -108,7 +112,7 @@ struct Imported {
   std::vector<float> grey;
 };
 
-/// True if the file or folder is read as DICOM; its name may then contain a person's name.
+/// Returns true if the file or folder is read as DICOM. Its name may then contain a person's name.
 bool is_dicom(const std::filesystem::path& file);
 
 /// Extensions of the supported files, lower case: ".nrrd", …
@@ -120,8 +124,8 @@ const std::vector<std::string>& mesh_endings();
 /// back). If the options name parts, `file` is not read.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
-/// Reads rotations such as "x90", "y-90" or "z180", or several separated by commas, applied in order: right-handed,
-/// about the axes. Throws Error.
+/// Reads rotations such as "x90", "y-90" or "z180", or several separated by commas, applied in order. They are
+/// right-handed rotations about the axes. Throws Error.
 glm::dmat3 quarter_turns(const std::string& text);
 /// Rotates the tissue and its grey values about the origin by a matrix of quarter turns; no sample is interpolated.
 void turn(Imported& imported, const glm::dmat3& by);

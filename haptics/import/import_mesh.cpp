@@ -37,7 +37,7 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  std::string guess;  // the unit with which the size would be plausible
+  std::string guess;  // the unit of length that would make the size plausible
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
     if (guess.empty() && length >= least && length <= most)
@@ -65,7 +65,7 @@ void check_unit(const ImportOptions& options) {
 /// An empty volume around the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
   const double voxel = options.voxel.value_or(kDefaultVoxel);
-  // Memory of the result per voxel, in bytes, while it is made (measured with typodont bench import), and a constant
+  // bytes: memory per voxel of the result while it is made (measured with typodont bench import), and a constant
   // part.
   constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
   const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
@@ -117,9 +117,9 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Normal of the plane in which most of a border lies. Ends of the border that run up over a crown do not tilt it: it
-/// is the direction within 45 degrees of `start` for which the mean distance of the border's points from their median
-/// height is smallest, weighted by the border's length along the plane.
+/// Normal of the plane in which most of a border lies. Ends of the border that run up over a crown do not tilt the
+/// plane. The normal is the direction within 45 degrees of `start` that minimises the mean distance of the border's
+/// points from their median height; the points are weighted by the border's length along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
@@ -143,7 +143,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
     for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
     return total > 0 ? sum / total : 1e300;
   };
-  // A grid of directions, then smaller and smaller steps around the best one.
+  // Tries a grid of directions, then smaller and smaller steps around the best direction.
   dvec3 best = start;
   double least = mean_distance(start);
   const auto look_around = [&](const dvec3& from, double step, int reach) {
@@ -229,8 +229,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border follows the orientation of its triangles; the floor's triangles, seen from below, have the opposite
-    // one.
+    // The border has the orientation of its triangles; the floor's triangles, seen from below, have the opposite
+    // orientation.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -254,7 +254,7 @@ double redness(const Color& c) {
 }
 
 /// The plane z = a·x + b·y + c through the upper points. It is fitted repeatedly to the points that are at most 2 mm
-/// below the last plane. nullopt if the points do not span a plane, or if it is steeper than 30 degrees.
+/// below the last plane. Returns nullopt if the points do not span a plane, or if it is steeper than 30 degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
   // m, limit of the distance below the plane; tangent of the steepest angle
@@ -279,8 +279,8 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Threshold after Otsu 1979: splits values into the two groups that differ most. nullopt if they are one group (the
-/// split explains less than 0.6 of the variance).
+/// Threshold by Otsu 1979: divides values into the two groups that differ most. Returns nullopt if the values are a
+/// single group (the division explains less than 0.6 of the variance).
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -309,12 +309,13 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
       return gum;
     }
   }
-  // Without colours: by height below the highest point nearby, in a plane across `up`. Points far below the plane of
-  // the cusps have no tooth nearby: they belong to the floor of the mouth or the palate.
-  constexpr double kReach = 6e-3;  // m, range that contains the nearest cusp of the same tooth or its neighbour
+  // If there are no colours, decides by height below the highest point nearby, measured along `up`. Points far below
+  // the plane of the cusps have no tooth nearby: they belong to the floor of the mouth or the palate.
+  // m, search radius; large enough to contain the nearest cusp of the same tooth or of its neighbour
+  constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m below the height of a crown
+  constexpr double kFarBelow = 3e-3;  // m, limit: a point lower than this below the crown has no tooth nearby
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest point in each cell
   const auto cell = [&](const dvec3& p) {
@@ -372,7 +373,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report);
   const double voxel = out.frame.voxel;
 
-  // Shells that are in no other shell are the body; shells within it are hollows.
+  // Shells that lie in no other shell form the body; shells inside the body are hollows.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
@@ -395,7 +396,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // The surface of a hollow faces the hollow; its triangles are reversed to make it a solid part.
+  // The surface of a hollow faces into the hollow. Its triangles are reversed to make the hollow a solid part.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -415,7 +416,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // The crown is at that end of the longest axis where the body is wider.
+  // The crown is at the end of the longest axis where the body is wider.
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   double below = 0, above = 0;
@@ -455,7 +456,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;  // m
+  // m: limit of a hole's border; smallest and largest extent of an arch; depth of the base
+  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
   MeshRepairs repairs;
@@ -468,7 +470,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // Up is the direction from the border to the surface; the triangles face up.
+  // `up` points from the border to the surface, because the surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -530,7 +532,8 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.7);
 
-  // Distance of every sample from the scanned surface of the teeth, and from that of the gingiva (including the base).
+  // Computes the distance of every sample from the scanned surface of the teeth, and from the surface of the gingiva
+  // (including the base).
   Mask teeth_at(out.size, 0), gum_at(out.size, 0);
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     std::size_t gums = 0;

@@ -96,7 +96,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Approximate tissue, good enough to find the grey levels and to cut the body out.
+  // Computes the approximate tissue, precise enough to find the grey levels and to cut out the body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, 0.8);
   Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
@@ -155,9 +155,9 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Memory in bytes (measured with typodont bench import). Per voxel of: the scan while it is read and its grey
-    // values are sorted; the box around the body; the blocks near the body during segmentation, and afterwards; the
-    // blocks near the surface of a result on another grid; the result.
+    // Memory in bytes (measured with typodont bench import). Each constant counts the bytes per voxel of: the scan
+    // while it is read and its grey values are sorted; the box around the body; the blocks near the body during
+    // segmentation, and afterwards; the blocks near the surface of a result on another grid; the result.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
     constexpr double kJaw = 70;  // bytes per voxel in the blocks near the body, for the labels of a jaw
@@ -195,9 +195,9 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     report.jaw = std::move(labels->report);
   }
 
-  // The result's grid has a sample in common with the working grid.
+  // Places the result's grid so that it has a sample in common with the working grid.
   glm::ivec3 first = grey.size, last(0);
-  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored are deeper inside
+  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // the blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
     first = glm::min(first, s.surface.distance.place(i));
     last = glm::max(last, s.surface.distance.place(i));

@@ -13,10 +13,10 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// Voxels outside the surface up to which labels are assigned.
+/// voxels; distance outside the surface up to which labels are assigned.
 inline constexpr double kLabelReach = 2.5;
 
-/// Throws Error if a grid of this size does not fit into memory. `extent`: m.
+/// Throws Error if a grid that covers `extent` (m) with voxels of `voxel` (m) does not fit into memory.
 void check_result_size(const dvec3& extent, double voxel);
 
 /// Bytes that this process can still allocate: the free memory of the machine, or less if the process is limited.

@@ -17,7 +17,7 @@ double cubed(double x) {
   return x * x * x;
 }
 
-// Components with at least this number of samples.
+// Returns the components that have at least `samples` samples.
 SparseMask large_parts(const SparseMask& mask, double samples) {
   const SparseComponents parts = components(mask);
   SparseMask large(mask.set, 0, 0);
@@ -30,7 +30,8 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 
 // Random walker (Grady 2006, "Random walks for image segmentation"): for every bright sample, the probability that a
 // random walk from it reaches a tooth's crown before it reaches bone. Steps through dim samples are improbable; such
-// samples are the periodontal ligament, where it is bright enough to count at all. Solved by conjugate gradients.
+// samples belong to the periodontal ligament, where the ligament counts as bright. The equations are solved by
+// conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
@@ -49,9 +50,9 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  constexpr double kLeast = 1e-4;  // weight of a step through the dimmest bright samples
-  // Weight of ending in bone beside cancellous bone. A root without a bright wall may be there too, so the weight is
-  // small: a root of 3 mm width stays connected to its crown for about 15 mm.
+  constexpr double kLeast = 1e-4;  // weight of a step through the dimmest samples that count as bright
+  // Weight of a walk that ends in bone beside cancellous bone. A root without a bright wall may be there too, so the
+  // weight is small: a root of 3 mm width stays connected to its crown for about 15 mm.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -140,10 +141,11 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 }
 
 // Grey values without the dim outer edge, but with the openings of the sockets: in a valley between two bright sides,
-// the scan's own grey value is used instead of the brightest one further inward.
+// the scan's own grey value is used instead of the brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
-  constexpr double kSmooth = 0.8;  // voxels
-  constexpr double kValley = 0.1;  // contrast per voxel²; one third of the value for a ligament of one voxel
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian
+  // lower limit of a valley's contrast per voxel²; one third of the value for a ligament of one voxel
+  constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
   Sparse<float> grey = s.grey;
@@ -155,9 +157,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// The grey value at the ends of a thin dark layer between bright ones (or the reverse), when blur has reduced its
-// contrast to `dip` (0..1). With the layer's width w and the blur's σ, dip = erf(w / (2√2 σ)), and the value at its
-// ends is reduced by erf(w / (√2 σ)) / 2.
+// Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
+// ones), when blur has reduced the layer's contrast to `dip` (0..1). With the layer's width w and the blur's σ, dip =
+// erf(w / (2√2 σ)), and the value at its borders is reduced by erf(w / (√2 σ)) / 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -175,10 +177,11 @@ class LayerBound {
 };
 
 // Finds dark tubes of about 2.5 mm width in cancellous bone, after Frangi 1998: across a tube the grey value rises
-// steeply in both directions, along the tube hardly.
+// steeply in both directions, along the tube the value hardly changes.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
-  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;  // m
+  // m: radius of a tube; smallest length of a canal; distance between centres
+  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
   constexpr double kLeastTube = 0.15;  // fraction of the contrast, lower limit; a tube of kRadius gives about a third
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -206,7 +209,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // Longest direction, by power iteration.
+    // Finds the direction of the greatest extent, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -265,7 +268,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Otsu 1979: the two thresholds with the least variance within the classes.
+  // Computes Otsu's two thresholds (1979), which minimise the variance within the three classes.
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -330,7 +333,7 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
                     const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Reduces noise, and restores the width of thin layers (pulp, ligament, wall of a canal) from before the blur.
+  // Reduces noise, and restores the width that thin layers (pulp, ligament, wall of a canal) had before the blur.
   constexpr double kSmooth = 0.8;  // voxels
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // number of samples per mm³
@@ -339,7 +342,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Certain crowns, and possible bone: bright samples beside the inner part of cancellous bone.
+  // Finds samples that certainly belong to crowns, and possible bone: bright samples beside the inner part of
+  // cancellous bone.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -357,7 +361,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Certain bone: the outer plate away from crowns.
+  // Finds samples that certainly belong to bone: the outer plate away from crowns.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate; distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
@@ -369,7 +373,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
                                                       [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // A tooth includes its cavities: space that the surroundings reach only through gaps of one sample is inside.
+  // A tooth includes its cavities. A space that is connected to the surroundings only through gaps of one sample
+  // counts as a cavity.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -379,7 +384,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
-  // Canals in the remaining bone.
+  // Find the canals in the remaining bone.
   progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
@@ -389,8 +394,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr int kCanalReach = 5;  // voxels, limit of the distance from the middle of a canal
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // A canal ends halfway to the grey value of the bone around it. If the canal has a thin bright wall that the blur has
-  // dimmed, the limit is higher.
+  // A canal's border has the grey value halfway to the bone around it. If the canal has a thin bright wall that the
+  // blur has dimmed, the value is higher.
   const LayerBound layer_bound;
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
@@ -399,7 +404,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    constexpr double kWall = 0.25;  // fraction of the way from cancellous to cortical bone; brighter samples are a wall
+    // fraction of the grey value's range from cancellous to cortical bone; brighter samples belong to a wall
+    constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
     const double rise = greys.hard - greys.soft;
     const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)
@@ -408,8 +414,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
-  // Dentin ends halfway to the grey value of soft tissue. If the soft layer is so thin that the blur fills it, the
-  // limit is higher.
+  // The border of dentin has the grey value halfway to soft tissue. If the soft layer is so thin that the blur fills
+  // it, the value is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
@@ -418,13 +424,13 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // The blur between metal and dentin is as bright as enamel.
+  // The blurred edge between metal and dentin is as bright as enamel.
   const SparseMask metal = mask([&](std::size_t i, const glm::ivec3&) {
     return greys.metal && brighter(i, 0.5 * (greys.enamel + *greys.metal));
   });
   const Sparse<float> to_metal = distance_squared_to(metal, 3);
 
-  constexpr double kLigament = 0.5e-3;  // m, largest width
+  constexpr double kLigament = 0.5e-3;  // m, limit of the ligament's width
   const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     if (!body.v[i]) return;
@@ -449,7 +455,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Uncertainty: displacement of a border by noise and by the uncertainty of the grey values, times its area. For teeth
   // and bone also the uncertainty of the random walker.
-  constexpr double kBorder = 0.1;  // voxels, measured without noise
+  constexpr double kBorder = 0.1;  // voxels, displacement of a border, measured without noise
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
   PerTissue faces{};
@@ -464,7 +470,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Faces of voxels per area of one voxel face, for a surface at a random angle to the axes
+  // Number of voxel faces per face area, for a surface at a random angle to the axes
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;

@@ -9,22 +9,24 @@
 
 namespace typodont::haptics::importing {
 
-/// Grey values of the materials of a jaw. Dentin and cortical bone are about equally bright.
+/// Grey values of a jaw's materials. Dentin and cortical bone are about equally bright.
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
   bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
   std::optional<double> metal;  // grey value of metal; nullopt if the scan contains none
 
-  double bright() const { return 0.5 * (cancellous + hard); }  // lower limit of dentin and cortical bone
-  double crown() const { return 0.5 * (hard + enamel); }       // lower limit of enamel
-  double canal() const { return 0.5 * (soft + cancellous); }   // upper limit of a canal in cancellous bone
+  // lower limit of the grey value of dentin and cortical bone
+  double bright() const { return 0.5 * (cancellous + hard); }
+  double crown() const { return 0.5 * (hard + enamel); }  // lower limit of the grey value of enamel
+  // upper limit of the grey value of a canal in cancellous bone
+  double canal() const { return 0.5 * (soft + cancellous); }
 };
 
 /// Finds the grey values by Otsu's method with two thresholds, from uniform regions brighter than `surface`. `offset`:
 /// grey value of 0 Hounsfield units.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
-/// Standard deviation of the noise, from the differences of voxels that are three voxels apart. Works if most of the
+/// Standard deviation of the noise, from the differences of voxels that are three voxels apart. Valid if most of the
 /// scan is uniform.
 double noise_of(const Grid<float>& scan);
 

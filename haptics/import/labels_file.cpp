@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// The labels in the order of both formats: x runs fastest.
+/// The labels in the sequence that both formats require: x runs fastest.
 std::string labels_of(const DenseTissue& t) {
   std::string labels;
   labels.reserve(t.tissue.size());
@@ -112,7 +112,7 @@ std::string nifti_of(const Imported& imported) {
   put(123, kMillimetres);
   put(254, kScannerSpace);
   for (int row = 0; row < 3; ++row) {
-    const double sign = row < 2 ? -1 : 1;  // LPS to RAS
+    const double sign = row < 2 ? -1 : 1;  // converts LPS to RAS
     for (int column = 0; column < 4; ++column) {
       const double value = column < 3 ? p.step[column][row] : p.origin[row];
       put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(column),

@@ -17,7 +17,7 @@ static double quantile(std::vector<float>& values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// The voxels on the walls of the box: they belong to the surroundings, unless tissue covers more than half of them.
+// The voxels on the walls of the box. They belong to the surroundings, unless tissue covers more than half of them.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -41,7 +41,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  // Only uniform regions count: at an edge, the grey value is a mixture of two tissues.
+  // Only uniform regions are used, because at an edge the grey value is a mixture of two tissues.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
   for_each_slab(greys.size.x, [&](int x) {
@@ -79,8 +79,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Finds peaks, from the highest to the lowest; a peak ends at the pass (the lowest value between it and a higher
-  // peak). A peak that rises above its pass by less than 40 % of its height is part of the higher peak.
+  // Finds peaks, from the highest to the lowest. A peak ends at its pass, the lowest value between it and a higher
+  // peak. A peak that rises above its pass by less than 40 % of its own height is part of the higher peak.
   struct Hill {
     int top;
     double pass = 0;
@@ -111,7 +111,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-    } else {  // a pass: here the lower peak ends, as a peak or as a shoulder of the higher one
+    } else {  // at a pass, the lower peak ends; it is a peak of its own or a shoulder of the higher peak
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
       const int high = left_higher ? left : right, low = left_higher ? right : left;
@@ -125,7 +125,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // The bin's mass belongs to the peak that is reached from the bin by climbing.
+    // The bin's mass belongs to the peak that a climb from this bin reaches.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -146,7 +146,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
     if (hill.top < 0) continue;
-    // The position of the top to a fraction of a bin, from a parabola through three points.
+    // Computes the position of the top to a fraction of a bin, from a parabola through three points.
     const auto t = static_cast<std::size_t>(hill.top);
     double shift = 0;
     if (t > 0 && t + 1 < kBins) {
@@ -161,11 +161,11 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
 
 namespace {
 
-/// A scale of grey values that are Hounsfield units plus a constant. Air is −1000, water 0, soft tissue −120 (fat) to
-/// 80.
+/// A scale of grey values that differ from Hounsfield units by a constant. In Hounsfield units, air is −1000, water
+/// 0, soft tissue −120 (fat) to 80.
 struct HounsfieldScale {
   double offset;
-  std::string source;  // how the scale was found, for the note
+  std::string source;  // text that says how the scale was found, for the note
 };
 
 /// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart; nullopt if there are no such
@@ -174,8 +174,8 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
   // Grey values relative to water: lower limit of the brightest bone, upper limit of metal
   constexpr double kLeastBone = 300, kMost = 8000;
-  constexpr double kLeastMass = 0.01;  // fraction of all voxels that either peak must contain
-  // Offsets of common scanners, most frequent first.
+  constexpr double kLeastMass = 0.01;  // lower limit of each peak's size, as a fraction of all voxels
+  // kUsual: offsets of common scanners, most frequent first. kNear: tolerance.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
@@ -198,7 +198,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   return found;
 }
 
-/// The peak with most voxels between two grey values; very small peaks are ignored.
+/// The peak with the most voxels between two grey values; very small peaks are ignored.
 std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
   constexpr double kLeastMass = 0.002;
   const Peak* best = nullptr;
@@ -208,8 +208,8 @@ std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, d
   return best ? std::optional(best->level) : std::nullopt;
 }
 
-/// Applies the given thresholds for surroundings and softer tissue. A given surface threshold is used as it is; the
-/// grey values on both sides of it are the histogram's peaks, if there are peaks.
+/// Applies the given thresholds for surroundings and softer tissue. A given surface threshold is used unchanged; the
+/// grey values on both sides of the threshold are peaks of the histogram, if it has peaks there.
 void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
                     double brightest, Levels& levels) {
   if (options.surface_grey) {
@@ -221,7 +221,8 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     }
     // The brightest of the darker materials touches the tissue: soft tissue in a CT of a head, air around a tooth.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    const double even = 2 * surface - levels.outside;  // grey value of the tissue if the surface is at half height
+    // grey value that the tissue would have if the surface were at half height
+    const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
     const auto above = hill_between(peaks, surface, most);
@@ -268,8 +269,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Peaks brighter than the surroundings. A peak much nearer to the surroundings than to the brightest one is soft
-  // tissue or pulp.
+  // Select the peaks brighter than the surroundings. A peak much nearer to the surroundings than to the brightest
+  // peak is soft tissue or pulp.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {
@@ -296,7 +297,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // Soft tissue at 0 and a first surface at 300; segment() refines the surface with nearby grey values.
+    // Initial values: soft tissue at 0, first surface at 300. segment() then refines the surface with nearby grey
+    // values.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -23,7 +23,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Polygons as in the file: corners at the same position may be different points.
+// Polygons as the file contains them: corners at the same position may be different points.
 struct Soup {
   std::vector<std::array<float, 3>> points;
   std::vector<std::vector<std::size_t>> faces;
@@ -40,8 +40,8 @@ std::string lower_extension(const std::filesystem::path& file) {
   return e;
 }
 
-// PLY, text or binary. assimp's reader does not check counts and indices: broken files crash it or block it for
-// minutes.
+// Reads PLY files, text or binary. assimp's reader does not check counts and indices: broken files crash it or block
+// it for minutes.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)
@@ -236,7 +236,7 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Merges points: a point within a small distance of an earlier one becomes the earlier one.
+/// Merges points: a point within a small distance of an earlier point is replaced by the earlier point.
 class Welder {
  public:
   Welder(double tolerance, Mesh& mesh) : tolerance_(tolerance), cell_(16 * tolerance), mesh_(mesh) {}

@@ -12,10 +12,11 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // sixths of the winding number; a sample with this value or more is inside
+constexpr int kInside = 3;  // threshold, sixths of the winding number; a sample with at least this value is inside
 
-/// Finds the part of the triangles that has the outside on one side. Triangles within the body (where parts of the mesh
-/// overlap or touch) are omitted; triangles partly within the body are split, down to about one voxel.
+/// Collects the parts of the triangles that have the outside on one side. Triangles within the body (where parts of
+/// the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about one
+/// voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -26,7 +27,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // kept completely: add it unsplit
+      if (add(t, skin)) {  // the whole triangle is kept, so it is added unsplit
         skin.resize(before);
         skin.push_back(t);
       }
@@ -37,7 +38,7 @@ class Skin {
  private:
   /// Adds the kept parts of a triangle. Returns true if all of it was kept.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels
+    constexpr double kSmall = 2;  // voxels, limit: smaller triangles are not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;
@@ -60,9 +61,10 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // A point of the triangle away from its centre: centres lie on the diagonals of opposite faces.
+    // Selects a point of the triangle away from its centre, because the centres of opposite faces can coincide on a
+    // diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // First tests nearby samples, whose values exist already; then rays from points just beside the triangle.
+    // First tests nearby samples, whose values exist already. Then tests rays from points just beside the triangle.
     constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels, distances from the triangle
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -80,8 +82,8 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// An outside sample between two different parts, on one grid line and at most three voxels apart, becomes part of the
-/// second one.
+/// An outside sample that lies on one grid line between two different parts, at most three voxels apart, becomes part
+/// of the second one.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -122,10 +124,10 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   Grid<float>& distance = filled.distance;
 
   filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
-  // Where inside and outside meet away from the mesh, an opening is capped.
+  // Where inside and outside meet away from the mesh, the mesh has an opening, which is closed by a cap.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    constexpr float kOnMesh = 1;  // voxels, limit of the distance from the mesh
+    constexpr float kOnMesh = 1;  // voxels, limit of the distance from the mesh; nearer samples are at the mesh itself
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {
       if (distance.v[i] <= kOnMesh) continue;

@@ -81,8 +81,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // Neighbours across edges with exactly two triangles, and whether both triangles have the same direction along the
-  // edge.
+  // The triangle on the other side of an edge that has exactly two triangles, and whether both triangles have the
+  // same direction along the edge.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -120,7 +120,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // Directed border edges, from each point to the next one.
+  // Border edges with their direction, from each point to the next one.
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -141,7 +141,8 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // Walks from point to point. Where the walk returns to a point, the loop since that point is a border.
+    // Walks from point to point. When the walk returns to a point, the loop since the first visit of that point is a
+    // border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {
@@ -188,7 +189,7 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs) {
 
 Shells shells_of(const Mesh& mesh, bool nesting) {
   Shells shells;
-  // Groups triangles that share an edge (union–find).
+  // Groups triangles that are connected over edges (union–find).
   std::vector<int> root(mesh.corners.size());
   for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
   const auto find = [&](int i) {
@@ -256,8 +257,8 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Hollows with triangles that face outward are as common as those with triangles that face the solid, so reversing
-    // them is not a repair.
+    // Files with outward-facing triangles in hollows are as common as files with inward-facing ones, so reversing
+    // them does not count as a repair.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -31,15 +31,17 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 /// Parts of a mesh that are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  std::vector<double> volume;  // m³, signed volume of each shell; an open shell is closed towards its first point
+  std::vector<double> volume;  // m³, signed volume of each shell; for an open shell, the volume is computed as if it
+                               // were closed at its first point
   // Number of other shells that contain this shell completely; 0 if there are more than kMostNested shells
   std::vector<int> depth;
 };
-inline constexpr std::size_t kMostNested = 200;  // limit of the number of shells; with more, they are fragments
+inline constexpr std::size_t kMostNested = 200;  // limit of the number of shells; more shells count as fragments
 /// `nesting`: also compute the depths.
 Shells shells_of(const Mesh& mesh, bool nesting);
 
-/// Orients the shells: shells in no other shell, or in an even number, face outward, the others (hollows) inward.
+/// Orients the shells. A shell inside an even number of other shells (or none) is made to face outward; all other
+/// shells are hollows and are made to face inward.
 void turn_shells(Mesh& mesh, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

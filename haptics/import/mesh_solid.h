@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// Reads STL, PLY or OBJ; `unit`: m per unit of the file. Throws Error, also if the surface is not closed.
+/// Reads STL, PLY or OBJ. `unit`: m per unit of the file. Throws Error, also if the surface is not closed.
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit);
 
 }  // namespace typodont::haptics

@@ -22,11 +22,11 @@ using importing::Triangle;
 namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
-constexpr double kLeastVoxel = 0.1e-3;                      // m, smallest default voxel
-constexpr double kUsualVoxels = 12e6;                       // limit of the number of voxels with the default voxel
-constexpr double kVoxelStep = 0.01e-3;                      // m, the default voxel is rounded up to multiples of this
-constexpr double kBand = 1.5e-3;                            // m
-constexpr double kLeastArea = 1e-9;                         // ratio to the square of the longest extent
+constexpr double kLeastVoxel = 0.1e-3;  // m, smallest default voxel
+constexpr double kUsualVoxels = 12e6;   // limit of the number of voxels if the default voxel is used
+constexpr double kVoxelStep = 0.01e-3;  // m; the default voxel is rounded up to a multiple of this value
+constexpr double kBand = 1.5e-3;        // m, limit of the stored distances
+constexpr double kLeastArea = 1e-9;     // lower limit of the area, as a fraction of the squared longest extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, limits of a mesh's longest extent
 
 /// Six times the volume that the triangles enclose, relative to the first vertex.
@@ -39,7 +39,7 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// True if every edge belongs to pairs of triangles that run along it in opposite directions.
+/// Returns true if, at every edge, the triangles form pairs that run along the edge in opposite directions.
 bool is_closed(const TissueMesh& mesh) {
   std::vector<std::array<unsigned, 3>> edges;  // both vertices, sorted, and the direction
   for (const glm::uvec3& t : mesh.triangles) {

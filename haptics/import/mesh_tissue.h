@@ -33,13 +33,13 @@ struct ReadTissueMesh {
 /// for an empty file, no triangles, coordinates that are not finite, indices out of range, or more than 10 million
 /// triangles.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue);
-/// The same with a scene's options; `file`: the path of options.file. Throws Error.
+/// Reads a mesh with the options of a scene. `file`: the path of options.file. Throws Error.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, const MeshTissueOptions& options);
 
-/// The volume of a mesh. A sample is inside if its generalized winding number, from rays in the six axis directions, is
-/// 0.5 or more. For a closed mesh this is exact, even if parts overlap. An open mesh is closed by a cap, and
-/// `exact_outside` is then false. A mesh that encloses nothing (a sheet) becomes a shell of two voxels. Throws Error if
-/// the volume does not fit into memory.
+/// Fills a mesh to a volume. The volume of a mesh: a sample is inside if its generalized winding number, from rays in
+/// the six axis directions, is 0.5 or more. For a closed mesh this is exact, even if parts overlap. An open mesh is
+/// closed by a cap, and `exact_outside` is then false. A mesh that encloses nothing (a sheet) becomes a shell of two
+/// voxels. Throws Error if the volume does not fit into memory.
 DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options);
 
 }  // namespace typodont::haptics

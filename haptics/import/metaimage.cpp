@@ -1,5 +1,5 @@
-// MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib-compressed numbers. The available readers are part of
-// ITK or VTK and do not check the header, so this file checks it and decompresses with zlib.
+// MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib-compressed numbers. The available readers belong to
+// ITK or VTK and do not check the header. So the header is checked here, and zlib decompresses the numbers.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -21,7 +21,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // position where LOCAL data begin
+  std::streamoff end = 0;  // position in the file at which LOCAL data begin
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);
@@ -71,7 +71,7 @@ static Header read_header(const std::filesystem::path& file) {
       throw Error(file.string(), fmt::format("line {}", number), excerpt(line), "Key = Value");
     const std::string key = trimmed(line.substr(0, equals));
     header.entries[key] = {trimmed(line.substr(equals + 1)), number};
-    if (key == "ElementDataFile") {  // always the last key
+    if (key == "ElementDataFile") {  // this key must be the last one
       header.end = in ? static_cast<std::streamoff>(in.tellg()) : static_cast<std::streamoff>(size_of_file(file));
       return header;
     }
@@ -94,11 +94,11 @@ static std::vector<char> read_bytes(const std::filesystem::path& file, std::uint
 static std::vector<char> unpack(const std::filesystem::path& file, const std::vector<char>& packed, std::size_t bytes) {
   std::vector<char> out(bytes);
   z_stream z{};
-  // Accepts the headers of zlib and gzip
+  // The value 15 + 32 accepts the headers of zlib and gzip
   if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // decompresses in pieces, because zlib counts in 32 bits
+  while (state == Z_OK && got < bytes) {  // works in pieces, because zlib counts in 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
@@ -141,7 +141,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
       {"MET_USHORT", Element::kUint16},
       {"MET_INT", Element::kInt32},
       {"MET_UINT", Element::kUint32},
-      // MET_LONG and MET_ULONG have 4 bytes in MetaImage, on every machine
+      // MET_LONG and MET_ULONG always have 4 bytes in MetaImage
       {"MET_LONG", Element::kInt32},
       {"MET_ULONG", Element::kUint32},
       {"MET_LONG_LONG", Element::kInt64},
@@ -157,7 +157,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // File and position of the numbers.
+  // Find file and position of the numbers.
   const std::string& name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
@@ -208,7 +208,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
     scan.grey = decode(packed ? unpack(data, read, bytes) : read, count, element, swap);
   }
 
-  // Spacing, directions, origin: in millimetres, by definition of the format.
+  // Read spacing, directions and origin; they are in millimetres, by definition of the format.
   const char* spacing = header.find("ElementSpacing") ? "ElementSpacing" : "ElementSize";
   scan.spacing_place =
       header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";

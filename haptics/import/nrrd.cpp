@@ -22,7 +22,7 @@ using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
 using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
 }  // namespace
 
-// The place of a header field for messages, for example "line 4 (type)"; "header" if there is no such line.
+// The location of a header field, for messages: for example "line 4 (type)"; "header" if the header has no such line.
 static std::string place_of(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -58,7 +58,8 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// teem 1.12 copies each number of text data into a fixed-size buffer on its stack, so longer words are rejected here.
+// Checks the length of the words in text data. teem 1.12 copies each number into a fixed-size buffer on its stack, so
+// longer words are rejected here.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -86,7 +87,7 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// teem's error message: a stack of lines, the last one nearest to the cause. `all`: receives the whole stack.
+// The last line of teem's error message, which is nearest to the cause. `all`, if given, receives the whole message.
 static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
   std::string cause = text ? text.get() : "an unreadable file";
@@ -152,7 +153,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    known = false;  // numbered slices; teem names a missing or short one
+    known = false;  // the slices are numbered files; teem reports a missing or short one
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
       const std::filesystem::path part = file.parent_path() / state->dataFN[i];
@@ -165,7 +166,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::string encoding = state->encoding == nrrdEncodingAscii ? "ascii" : state->encoding->name;
   double least = 0;  // bytes, lower limit of the encoded data
   if (encoding == "raw") least = bytes;
-  if (encoding == "gzip") least = bytes / 1032;  // the highest compression ratio of deflate
+  if (encoding == "gzip") least = bytes / 1032;  // 1032 is the highest compression ratio of deflate
   if (encoding == "bzip2") least = bytes / 46e6;
   if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
@@ -186,7 +187,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header is valid, so an error here is in the data.
+    // The header is valid, so the data must contain the error.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));
@@ -213,7 +214,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
-      // A space without directions but with spacings: its axes are those of the space.
+      // If a space is stated without directions but with spacings, the axes are those of the space.
       if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
         step = glm::dvec3(0);
         step[static_cast<int>(k)] = axis.spacing;

@@ -64,8 +64,8 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// The surface, lit from above, seen from four sides and both ends, side by side: shows whether it is smooth, complete
-// and upright.
+// Draws the surface, lit from above, from four sides and both ends, side by side. The picture shows whether the
+// surface is smooth, complete and upright.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
@@ -140,8 +140,8 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
   const double white = report.dense_level.value_or(report.soft_grey) * 1.1 - 0.1 * report.outside_grey;
   std::vector<std::filesystem::path> files;
 
-  // One slice perpendicular to axis `w` at `level`; `u` to the right, `v` up. Grey values on the left, tissue on the
-  // right.
+  // Draws one slice perpendicular to axis `w` at `level`; `u` points right, `v` up. Grey values on the left, tissue
+  // on the right.
   const auto slice = [&](const std::string& name, int w, int u, int v, double level) {
     const int pixels = std::clamp(720 / std::max(t.size[u], t.size[v]), 1, 12);
     const int width = (t.size[u] - 1) * pixels, height = (t.size[v] - 1) * pixels;
@@ -163,7 +163,7 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
                  fa * ((1 - fb) * static_cast<double>(g[at(ia + 1, ib)]) +
                        fb * static_cast<double>(g[at(ia + 1, ib + 1)]));
         };
-        const double d = mix(t.distance) / t.frame.voxel * pixels;  // pixels
+        const double d = mix(t.distance) / t.frame.voxel * pixels;  // pixels, distance from the surface
         const double grey = has_grey ? std::clamp((mix(imported.grey) - black) / (white - black), 0.0, 1.0) : 0.25;
         dvec3 color(0.6 * grey);
         if (d <= 0)

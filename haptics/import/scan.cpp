@@ -93,7 +93,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // Memory for one copy as read, and one copy with reordered axes
+  // bytes per voxel: one copy of the scan as read, and one copy with reordered axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,
@@ -154,7 +154,7 @@ const std::vector<ScanFormat>& scan_formats() {
   return formats;
 }
 
-/// The formats with their extensions as a list: "NRRD .nrrd .nhdr, NIfTI .nii".
+/// Lists the formats with their extensions: "NRRD .nrrd .nhdr, NIfTI .nii".
 static std::string formats_in_words() {
   std::string text;
   for (const ScanFormat& format : scan_formats())
@@ -212,7 +212,7 @@ static Scan align(RawScan&& raw) {
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // chooses the best-aligned pair first
+  for (int round = 0; round < 3; ++round) {  // pairs the best-aligned axes first
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
@@ -237,7 +237,7 @@ static Scan align(RawScan&& raw) {
   }
   constexpr double kOblique = 0.9999;  // cosine, 0.8 degrees
   if (straightest < kOblique) {
-    // The rotation nearest to the three directions, by averaging with the inverse transpose (Higham 1986).
+    // Computes the rotation nearest to the three directions, by averaging with the inverse transpose (Higham 1986).
     glm::dmat3 r;
     for (int w = 0; w < 3; ++w)
       r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
@@ -252,14 +252,14 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // For each new axis: position of its first voxel in the file, and step to the next one.
+  // For each new axis: offset of its first voxel in the file's data, and step to the next voxel.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // Works in slabs, so that data is written soon after it is read.
+  // Works in slabs, so that a voxel is written soon after it was read.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -277,7 +277,8 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
   glm::dvec3 n = glm::cross(u, v);
   if (glm::dot(n, raw.step[2]) < 0) n = -n;
-  constexpr double kSquare = 0.01;  // cosine of 89.4 degrees
+  // tolerance, cosine of 89.4 degrees: two axes count as perpendicular up to this cosine
+  constexpr double kSquare = 0.01;
   if (std::abs(glm::dot(u, v)) > kSquare) {
     throw Error(file.string(), "axis directions",
                 fmt::format("first axes at {:.4g} degrees", std::acos(glm::dot(u, v)) * 180 / kPi), "a right angle");
@@ -303,7 +304,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
   const auto mx = static_cast<std::size_t>(size[0]), my = static_cast<std::size_t>(size[1]);
   std::vector<float> out(mx * my * static_cast<std::size_t>(raw.size.z), dark);
-  // Cubic interpolation through four neighbours (Catmull-Rom).
+  // Interpolates cubically between four neighbours (Catmull-Rom).
   const auto cubic = [](float a, float b, float c, float d, float t) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
@@ -392,7 +393,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states voxel and unit, they are trusted; then the scan is too coarse.
+    // If the file states both spacing and unit, the spacing is trusted; then the scan is really too coarse.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

@@ -16,20 +16,21 @@ namespace typodont::haptics::importing {
 
 /// The content of a file before any processing.
 struct RawScan {
-  std::string format;  // "NRRD" …
+  std::string format;  // name of the format: "NRRD" …
   glm::ivec3 size{0};
   std::vector<float> grey;           // grey values; the file's first axis runs fastest
   std::array<glm::dvec3, 3> step{};  // mm, vector from one voxel to the next along each axis; directions may be oblique
   bool has_spacing = false;          // the file states a spacing
-  bool has_unit = false;             // the file states the unit of the spacing
-  std::string spacing_place;         // place of the spacing in the file, for messages
+  bool has_unit = false;             // the file states the unit of its spacing
+  std::string spacing_place;         // place in the file where the spacing is stated, for messages
   std::string space;                 // "LPS", "RAS" or empty: unknown
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
 };
 
-/// A scan whose axes are permuted and reversed (never mirrored) to run along those of its own space. A point p of the
-/// scan, m, is at world_rotation · p in that space, so an oblique scan keeps its own axes.
+/// A scan whose axes are permuted and reversed (never mirrored), so that each runs nearly along an axis of the scan's
+/// own space. A point p of the scan, m, has the position world_rotation · p in that space, so an oblique scan keeps
+/// its own axes.
 struct Scan {
   std::string format;
   Grid<float> grey;
@@ -66,7 +67,8 @@ struct SpacingLimits {
   std::string_view instead;  // advice for coarser voxels: "; …", may be empty
 };
 
-/// `spacing`: m, along the file's own axes, replaces the file's. `nan_grey`: replaces voxels that are not a number.
+/// Reads a scan. `spacing`: m, along the file's own axes; replaces the file's spacing. `nan_grey`: replaces voxels
+/// that are not a number.
 Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
                const std::optional<double>& nan_grey, const SpacingLimits& limits);
 
@@ -86,9 +88,10 @@ std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Ele
 /// Throws Error unless each size is at least 4 and their product at most kMostVoxels.
 void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes);
 std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error if the file cannot be read
-/// All numbers of a text such as "1 2.5 -3"; nullopt if it contains anything else or a number that is not finite.
+/// Reads all numbers of a text such as "1 2.5 -3". Returns nullopt if the text contains anything else, or a number
+/// that is not finite.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
-/// The first bytes as text, for a message.
+/// Returns the first bytes as text, for a message.
 std::string excerpt(std::string_view bytes);
 
 }  // namespace typodont::haptics::importing

@@ -1,4 +1,4 @@
-// Number types of stored scans.
+// Number types of voxels in scan files.
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@ constexpr double kStep = 0.5;  // voxels, step along rays
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// Number of faces of a part's voxels, by the material on the other side.
+// Number of voxel faces of a part, by the material on the other side of the face.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -79,14 +79,15 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      const bool plug = 2 * f.cavity > f.mouth;  // remainder of a mouth that a smaller ball entered
+      const bool plug = 2 * f.cavity > f.mouth;  // this part is the remainder of a mouth that a smaller ball entered
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
   }
   return cavity;
 }
 
-// Selects the largest part only (or, for a fraction below one, all parts of at least this fraction of it).
+// Selects only the largest part. For `share` below one: selects all parts of at least this fraction of the largest
+// part.
 std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -128,27 +129,29 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// The local grey value of the surroundings: the mean over cells of 4³ samples, smoothed over about four samples. Where
-// hardly any surroundings are near (a fissure), the value of the whole scan is used.
+// The local grey value of the surroundings: the mean over cells of 4³ samples, smoothed over about four samples. If
+// there are hardly any samples of the surroundings nearby (in a fissure), the mean of the whole scan is used.
 class Surround {
  public:
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {  // cells do not cross blocks
+    // in parallel over blocks; a cell never spans two blocks
+    for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;
       sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Together with the cells and the interpolation, the standard deviation is four samples.
+    // voxels of the cell grid: together with the cells and the interpolation, the standard deviation is four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    constexpr double kOfEverywhere = 0.02;  // weight of the scan's value, as a fraction of a full neighbourhood
+    // weight of the whole scan's value, relative to the weight of a full neighbourhood
+    constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
   }
@@ -158,7 +161,8 @@ class Surround {
   Grid<float> sum_, weight_;
 };
 
-// Outward normal at a sample: the direction away from its closest point, or, on the surface, the gradient of the field.
+// Outward normal at a sample: the direction away from its closest point. For a sample on the surface: the gradient of
+// the field.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;
@@ -185,11 +189,12 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   const bool tooth = preset == ImportPreset::kTooth;
   Segmentation s;
-  const double rise = levels.soft - levels.outside;  // difference between the softer tissue and the surroundings
+  // difference between the grey values of the softer tissue and the surroundings
+  const double rise = levels.soft - levels.outside;
   const glm::ivec3 size = grey.size;
 
-  // Smoothed grey values: one version for masks, and one for labels that does not move curved edges. Only in blocks
-  // with samples as bright as the surface, and in their neighbours.
+  // Computes smoothed grey values: one version for masks, and one for labels, which does not move curved edges. Only
+  // in blocks that have samples as bright as the surface, and in the neighbours of these blocks.
   constexpr double kSmooth = 0.8;
   const auto surface_grey = static_cast<float>(levels.surface());
   const auto blocks = std::make_shared<BlockSet>(
@@ -199,12 +204,12 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
-  // A first surface. Where a denser tissue is near, the threshold is half of its height, so that fissures in enamel
-  // stay open. But the threshold stays clearly below the grey value of the softer tissue.
+  // Computes a first surface. Near a denser tissue, the threshold is at half of that tissue's height, so that
+  // fissures in enamel stay open. But the threshold stays clearly below the grey value of the softer tissue.
   const double most_height = std::max(0.8, levels.height);
   Sparse<float> over(set, -0.5F, 0.5F);  // smoothed grey value minus the local threshold, divided by `rise`
   {
-    // Far below every threshold, the brightest nearby sample does not matter.
+    // If a sample is far below every threshold, the brightest nearby sample does not matter.
     const Sparse<float> brightest =
         ball_max(smooth, 2, above(smooth, static_cast<float>(levels.surface() - 0.5 * rise)));
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -236,8 +241,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   solid = {};
   report(0.25);
 
-  // kWidestShell: voxels, largest reach of an edge (see `shell`). kFirstExact: voxels, exact distances for the edge's
-  // width.
+  // kWidestShell: voxels, limit of the reach of an edge (see `shell`). kFirstExact: voxels, limit up to which
+  // distances are exact, for the measurement of the edge's width.
   constexpr double kWidestShell = 6, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
   over = {};
@@ -265,16 +270,17 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     edge = std::clamp<double>(widths[widths.size() / 2], 0.8, 3);
   }
   s.blur = std::sqrt(std::max(0.0, edge * edge - kSmooth * kSmooth));
-  const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);  // voxels, reach of an edge to either side
+  // voxels, reach of an edge on each side of the surface
+  const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);
 
-  // The surroundings: voxels outside the edge's reach, without other bodies.
+  // Measures the surroundings in voxels outside the edge's reach, without other bodies.
   const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {
     return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
   });
   report(0.55);
 
   // Occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface (1). Deeper
-  // than the brightest point on the way in, it stays 1, so that dentin below enamel and pulp are solid.
+  // than the brightest point on the path inward, it stays 1, so that dentin below enamel, and pulp, are solid.
   Sparse<float> occupancy(set, 0, 1);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     const double d = first.distance[p];
@@ -288,7 +294,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double top = std::clamp(inward_peak(at, n, shell), levels.soft, levels.top());
     double low = surround.at(p);
     if (levels.fixed_surround) {
-      // A thin layer of soft tissue on the bone counts as its surroundings, not the air behind this layer.
+      // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, not the air behind it.
       double brightest_near = low;
       for (double t = 2 * edge; t <= shell; t += kStep)
         brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
@@ -306,8 +312,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   first = DistanceField();
 
-  // Smoothing: at least enough that an edge extends over several samples, and until the noise displaces the surface by
-  // less than 0.02 voxel.
+  // Selects the smoothing: at least so much that an edge extends over several samples, and so much that noise
+  // displaces the surface by less than 0.02 voxel.
   double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
   for (; sigma < 2; sigma += 0.1) {
     const double left = levels.noise / rise * noise_left(sigma, s.blur);
@@ -336,7 +342,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       if (open.v[i] && !reached.v[i]) s.phi.v[i] = 0.01F;
     });
   }
-  // voxels; labels are also read and smoothed outside the surface
+  // voxels; limits of the distances for the labels, which are also read and smoothed outside the surface
   constexpr double kLabelBand = 6, kLabelExact = 3;
   const double surface_band = std::max({shell + 0.5, kLabelBand, band.value_or(0)});
   s.surface = signed_distance(s.phi, size, {}, surface_band, std::max(kLabelExact, band.value_or(0)));
@@ -344,8 +350,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   const Sparse<float>& d = s.surface.distance;
   report(0.85);
 
-  // For the labels, the dim outer edge is removed from the grey values: within the edge, and outside, the brightest
-  // grey value further inward is used. So neither enamel nor dentin gets a layer of false labels.
+  // For the labels, the dim outer edge is removed: within the edge, and outside, each sample gets the brightest grey
+  // value further inward. So neither enamel nor dentin gets a layer of false labels.
   const double skin = std::min(shell, 2 * edge + 0.5);
   Sparse<float> filled(set, static_cast<float>(levels.soft), static_cast<float>(levels.soft));
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -359,7 +365,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       filled.v[i] = static_cast<float>(levels.soft);
     }
   });
-  // The grey value of cavities, from their centres if they are wide enough.
+  // Measures the grey value of cavities at their centres, if they are wide enough.
   double cavity_grey = levels.outside;
   {
     std::vector<float> greys, inner;
@@ -387,8 +393,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   constexpr double kInfinity = std::numeric_limits<float>::max();
 
-  // Denser tissue: samples brighter than halfway between the softer and the denser tissue. The depth class of a sample
-  // decides which rule applies.
+  // Finds the denser tissue: samples brighter than halfway between the softer and the denser tissue. The depth class
+  // of a sample decides which rule applies.
   enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
   Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -405,8 +411,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
                                       .value_or(*levels.dense),
                                   levels.denser());
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
-    // Where a layer is thin, the blur reduces its brightness. There the threshold is halfway to the remaining peak, if
-    // this peak is clearly brighter than the softer tissue.
+    // Where a layer is thin, the blur reduces its brightness. For such a layer the threshold is halfway to the
+    // remaining peak, if this peak is clearly brighter than the softer tissue.
     const Sparse<float> peak = ball_max(
         bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
     const double faintest =
@@ -433,8 +439,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Cavities. In a tooth also thin canals that the blur half fills: samples deeper than the outer edge reaches, and
-  // darker than halfway between dentin and the darkest nearby grey value, if this is clearly darker than dentin.
+  // Finds cavities. In a tooth, thin canals that the blur half fills also count: samples that lie deeper than the
+  // outer edge and are darker than halfway between dentin and the darkest nearby grey value, if this value is clearly
+  // darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;

@@ -90,7 +90,7 @@ int TriangleTree::winding(const dvec3& p) const {
 }
 
 int TriangleTree::winding_sixths(const dvec3& p) const {
-  // Slightly off the axes, so that no ray lies within a face.
+  // The rays are tilted slightly against the axes, so that no ray lies within a face.
   constexpr double kTilt = 1.618e-7, kOtherTilt = 2.718e-7;
   int sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -111,7 +111,7 @@ int TriangleTree::crossings(std::size_t index, const dvec3& p, const dvec3& way,
   if (node.count == 0) return crossings(node.left, p, way, inverse) + crossings(node.right, p, way, inverse);
   int sum = 0;
   for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-    // Moeller & Trumbore 1997.
+    // Intersection test by Moeller & Trumbore 1997.
     const Triangle& t = triangles_[i];
     const dvec3 e1 = t.b - t.a, e2 = t.c - t.a, h = glm::cross(way, e2);
     const double det = glm::dot(e1, h);

@@ -25,7 +25,7 @@ glm::dmat3 quarter_turns(const std::string& text) {
     if (degrees == "270" || degrees == "-90") quarters = 3;
     if (axis < 0 || axis > 2 || quarters == 0) throw bad();
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    glm::dmat3 quarter(0);  // columns: u becomes v, v becomes −u
+    glm::dmat3 quarter(0);  // rotation by a quarter turn; its columns say that u becomes v, and v becomes −u
     quarter[axis][axis] = 1;
     quarter[u][v] = 1;
     quarter[v][u] = -1;

@@ -15,7 +15,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
 }  // namespace
 
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m, tolerance: a point closer to the plane lies in it
+  constexpr double kTouches = 1e-12;  // m, tolerance: a point closer to the plane counts as a point of the plane
   const double s = volume6(a, b, c, from), e = volume6(a, b, c, to);
   if (!(s * e < 0)) return false;
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));

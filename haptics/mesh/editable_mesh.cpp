@@ -9,7 +9,8 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kMostAround = 64;  // limit of the faces around a vertex; if there are more, its edges are not collapsed
+// limit of the number of faces around a vertex; edges of a vertex with more faces are not collapsed
+constexpr int kMostAround = 64;
 
 struct HalfEdge {
   Index lo, hi, face;
@@ -156,7 +157,8 @@ TissueMesh EditableMesh::copy() const {
 // Functions of the grid
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  constexpr float kRounding = 1e-6f;  // ratio to the coordinates; larger than the rounding error of floats
+  // relative tolerance, a fraction of the coordinates; larger than the rounding error of floats
+  constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -444,7 +446,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // Closed fan, because `gone` is not on the border
+  // The fan is closed, because `gone` is not on the border
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
@@ -473,7 +475,8 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The neighbours of the two removed faces become neighbours of each other. In them, `kept` already replaces `gone`.
+  // The neighbours of the two removed faces become neighbours of each other; in these faces, `kept` already replaces
+  // `gone`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

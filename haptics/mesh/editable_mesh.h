@@ -188,7 +188,7 @@ class EditableMesh {
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
     return static_cast<std::uint64_t>(level) << kLevelShift | bits(cell.x) << 40 | bits(cell.y) << 20 | bits(cell.z);
   }
-  /// Cells above each other have adjacent buckets, so a search reads whole cache lines.
+  /// Cells that lie above each other have adjacent buckets, so a search reads whole cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
     const std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);

@@ -11,7 +11,8 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-constexpr double kRounding = 1e-8;  // m, above the rounding error of floats up to a centimetre from the centre
+// m, upper bound of the rounding error of floats, for points up to a centimetre from the centre
+constexpr double kRounding = 1e-8;
 
 /// Writes the indices of points whose squared distance to `p` is at most `square` to `at`; returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")

@@ -36,7 +36,7 @@ class NearPoints {
   dvec3 center_{0};
   std::vector<dvec3> points_;  // m, W
   std::vector<float> x_, y_,
-      z_;  // m, relative to center_; the arrays are longer, so that a whole batch can be read after the last point
+      z_;  // m, relative to center_; the arrays are longer than `points_`, because the last batch is read as a whole
   std::vector<std::uint32_t> at_;  // indices of the points found
 };
 

@@ -81,7 +81,7 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // Normals and tissues at a vertex depend on all faces around it, so all their pieces change.
+  // Normals and tissues at a vertex depend on all faces around the vertex, so all pieces with such a face change.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });

@@ -15,15 +15,16 @@ struct PieceParameters {
   double faces = 256;     // wanted number of faces per piece
   double least = 1.5e-3;  // m, smallest edge of a piece's cell; limits the number of pieces to draw
   double most = 3e-3;     // m, largest edge of a piece's cell; limits the faces to generate again after a small cut
-  double crease_cosine = 0.76604;  // cos 40°: an edge whose faces' normals differ by more is drawn as a sharp edge
+  // cos 40°: an edge is drawn as sharp if the normals of its faces differ by a larger angle
+  double crease_cosine = 0.76604;
 };
 
 /// Carver thread. Mesh and volume must outlive this object.
 ///
-/// Normals: the normal of a corner is the mean over the faces around its vertex that can be reached from its own face
-/// without crossing a crease, each weighted by sin(angle) divided by the lengths of its two edges there (Max 1999, doi
-/// 10.1080/10867651.1999.10487501: exact on a sphere). So round surfaces look round at any resolution, and edges stay
-/// sharp.
+/// Normals: the normal of a corner is a weighted mean over faces around its vertex: those that can be reached from
+/// the corner's own face without crossing a crease. The weight of a face is sin(angle) divided by the lengths of its
+/// two edges at the vertex (Max 1999, doi 10.1080/10867651.1999.10487501: exact on a sphere). So round surfaces look
+/// round at any resolution, and edges stay sharp.
 class SurfacePieces final : public TissueSurface {
  public:
   /// `labels`: result of labels(); positions of corners are relative to the origin of its frame. From now on, the mesh
@@ -38,13 +39,13 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // faces of the piece, and some that have moved to another piece
+    std::vector<Index> faces;  // faces of the piece; may also contain faces that have moved to another piece
     bool dirty = false;
   };
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// Normal of a face's corner at one vertex.
+  /// Normal of one face's corner at a vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
@@ -55,7 +56,7 @@ class SurfacePieces final : public TissueSurface {
     std::uint32_t first = 0, count = 0;  // range in normals_
     std::uint32_t copy = 0;              // index of the vertex's newest corner in the piece
   };
-  /// A corner of the piece; links to the previous corner of the same vertex.
+  /// A corner of the piece; it links to the previous corner at the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -78,7 +79,7 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // State of the piece that is being generated.
+  // Number of the piece that is being generated.
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // state of each vertex
   std::vector<CornerNormal> normals_;

@@ -137,7 +137,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Part of P::waiting_slew that the depth's change leaves for other force changes in this tick, N.
+/// Returns the part of P::waiting_slew, N, that the depth's change does not use and other force changes may use in
+/// this tick.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -150,8 +151,8 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   double& stiffness = coupling.relative_stiffness;
   const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
   if (coupling.normal_force <= 0) return stiffness = wanted;
-  // At a large depth, a change of stiffness is a large change of force, and a rise adds energy that the hand did not
-  // put in.
+  // At a large depth, a change of stiffness is a large change of force, and a rise of stiffness adds energy that the
+  // hand did not put in.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -160,8 +161,8 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   return stiffness = next;
 }
 
-/// Force of coupling and damper, N; `push` is the coupling's. The damper uses the rate of the depth, so it acts along
-/// the normal only: sliding at constant depth is not damped.
+/// Force of coupling and damper, N; `push`: N, force of the coupling alone. The damper uses the rate of the depth, so
+/// it acts along the normal only: sliding at constant depth is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
   VelocityEstimate sinking;  // rate of the depth, for a quantised position
@@ -193,8 +194,9 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Fades the teeth's force of a free head. The slew limit may have left a part of this force, and the part fades
-/// instead of ending in a step. Without a snapshot the tissue is unknown, and the force ends at once.
+/// Fades the teeth's force after the head became free. The slew limit may have left a part of this force; the
+/// remaining part fades and does not end in a step. Without a snapshot the tissue is unknown, and the force ends at
+/// once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;

@@ -43,7 +43,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue, so that the debt does not hold it back
+    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue; otherwise the debt would hold the bur
+                        // back
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
@@ -53,7 +54,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // A drawn edge earns little energy. After it removed more than it paid for, it must first earn the difference.
+  // A drawn edge earns little energy. If the edge removed more than its energy paid for, it must first earn the
+  // difference.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

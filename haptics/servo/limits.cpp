@@ -18,7 +18,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     if (over > 0) now.force -= change * (std::min(over, P::lag_limit) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
-  if (!now.contact.touching && !fades) l.ramp = 1;  // without contact there is no force to ramp
+  if (!now.contact.touching && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
   l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
@@ -68,9 +68,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
-  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps against the tissue, the
-  // stored energy of the coupling rises without work of the hand. The ledger allows this energy while the contact
-  // lasts. The hand must pay for any later rise.
+  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps towards the tissue, the
+  // energy stored in the coupling rises without work of the hand. The ledger allows this energy while the contact
+  // lasts. The hand's work must pay for any later rise.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {

@@ -28,25 +28,26 @@ struct CuttingParameters {
   static constexpr double budget_time = 0.5;
   // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
   static constexpr double held_time = 0.05;
-  // m³, limit of the tissue that may be removed in advance of the motor's work (when a tip breaks in)
+  // m³, limit of the volume that may be removed before the motor's work has paid for it (when a tip breaks in)
   static constexpr double owed_volume = 8e-12;
-  static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume on coarse grids
+  static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume; matters on coarse grids
 };
 
-/// Force and torque of the contact (coupling.cpp).
+/// Parameters of the contact's force and torque (coupling.cpp).
 struct CouplingParameters {
-  // s, time constant of the stiffness and the torque that the hand feels
+  // s, time constant of changes of the stiffness and the torque that the hand feels
   static constexpr double stiffness_time = 4e-3;
   // s, time constant of the damper's velocity when a tool cuts or fills
   static constexpr double cut_damping_time = 4e-3;
   static constexpr double tissue_slew = 4;  // N/s, limit of the force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
-  // N/s, limit of the sum of all normal force changes; tissue and damper may use the part that the depth does not use
+  // N/s, limit of the sum of all normal force changes; tissue and damper may use the part that the change of depth
+  // does not use
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J that a rise of the stiffness may store in the coupling even if the ledger holds less
+  // J, energy that a rise of the stiffness may store in the coupling even if the ledger holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
@@ -54,11 +55,11 @@ struct CouplingParameters {
   static constexpr double teeth_ahead = 50;
 };
 
-/// Limits of the force (limits.cpp).
+/// Parameters that limit the force (limits.cpp).
 struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  static constexpr double lag_limit = 0.05;  // N, limit of the part of a force change that drilling_slew can hold back
+  static constexpr double lag_limit = 0.05;  // N, limit of the force difference that drilling_slew may hold back
   static constexpr double debt = 2e-9;       // J, limit of the ledger's debt that counts as rounding
   // N, force that the coupling may always give, even if the ledger is empty
   static constexpr double unpaid_force = 0.1;
@@ -70,7 +71,7 @@ struct LimitParameters {
 struct ScaleParameters {
   // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` hold
   static constexpr double tooth_stiffness = 1000;
-  static constexpr double credit = 1e-10;  // J by which the ledger may be overdrawn
+  static constexpr double credit = 1e-10;  // J, amount by which the ledger may be overdrawn
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 

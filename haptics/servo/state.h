@@ -72,7 +72,7 @@ struct Servo::State {
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
     double leap = 0;        // s left for following a jump of the input
     double due_for = 0;     // s for which a new snapshot has been due
-    bool idle = false;      // the last tick left no force and no state of a contact
+    bool idle = false;      // the last tick left no force and no contact state
     bool released = false;  // the model's release() was called after the last contact
     double room = 0;        // m, distance that a free tool may still move before the model is queried again
   };
@@ -105,7 +105,7 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits of the force, last force, and allowances of the ledger.
+  /// Limits of the force, the last force, and the energy that the ledger allows.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
@@ -116,10 +116,10 @@ struct Servo::State {
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
-    dvec3 last_spindle_force{0};   // N, spindle's force in the last tick
+    dvec3 last_spindle_force{0};   // N, force of the spindle in the last tick
     dvec3 last_teeth_force{0};     // N, part of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
-    dvec3 last_spindle_torque{0};  // N·m, spindle's torque in the last tick
+    dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
     double teeth_energy = 0;       // J that the teeth gave the hand so far
   };
 

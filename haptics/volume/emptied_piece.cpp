@@ -7,9 +7,9 @@
 namespace typodont::haptics {
 namespace {
 
-/// Distances to the piece, or to the remaining tissue, voxels, as far as they are needed. They begin at the samples
-/// just below its surface, with their depths, and spread to neighbours with the vector to the source sample (Danielsson
-/// 1980) as long as this reduces a distance.
+/// Distances to the piece (or to the remaining tissue), voxels, computed only as far as they are needed. The
+/// computation begins at the samples just below the surface, with their depths. It spreads to neighbours, with the
+/// vector to the source sample (Danielsson 1980), as long as this reduces a distance.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   constexpr float kShell = 2;  // voxels, depth below the surface from which the distances begin
   const auto place = [&](std::int32_t i) {
@@ -42,7 +42,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // kEmpty: limit of the new distances; kClose: tolerance for "nearest to the piece"; voxels
+  // voxels. kEmpty: limit of the new distances. kClose: tolerance when a sample is assigned to the piece as its
+  // nearest tissue.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels; samples within this distance of a piece may be nearest to the piece
+/// voxels, limit of the distance at which a sample of air may be nearest to a piece
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// Computes the distances without the piece, voxels. The piece's samples, and samples of air nearest to the piece, get
-/// their distance to the remaining tissue; all others keep their bits. No distance decreases.
+/// Computes the distances without the piece, voxels. The piece's samples, and samples of air nearest to the piece,
+/// get their distance to the remaining tissue; all other samples keep their bits. No distance decreases.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

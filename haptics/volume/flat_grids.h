@@ -1,5 +1,5 @@
-// The grids of a volume file as a plain list of tiles and blocks, which the guarded process (a process with limited
-// rights that opens the file) writes and the program reads. Every count is checked, so that no content can do harm.
+// The grids of a volume file as a plain list of tiles and blocks. The guarded process, which has limited rights,
+// opens the file and writes this list; the program reads it. Every count is checked, so that no content can do harm.
 // Process and program run on the same machine and come from the same build, so the format has no byte order and no
 // version.
 #pragma once
@@ -35,7 +35,7 @@ inline constexpr int kReaderCannotWrite = 3;
 /// Writes to an open file; `name` is for messages. Throws WriteFailure if writing fails, Error for a grid of an unknown
 /// type.
 void write_flat(int file, const std::string& name, const FlatGrids& grids);
-/// Throws Error(`name`, …) for any content that write_flat() would not write.
+/// Reads a list of grids. Throws Error(`name`, …) for any content that write_flat() would not write.
 FlatGrids read_flat(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace typodont::haptics

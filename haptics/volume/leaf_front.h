@@ -47,7 +47,8 @@ class LeafFront {
   }
 
  private:
-  static constexpr int kRoom = 2;  // leaves, margin of the window around a sweep, so that it rarely moves
+  // leaves, margin around a sweep when the window is placed, so that the window rarely moves
+  static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5
 

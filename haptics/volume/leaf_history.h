@@ -17,7 +17,7 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// A leaf before the stroke, or the tile in its place.
+  /// The leaf before the stroke, or the tile that was at its position.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Blocks that a cut adds to the credit, and limit of the credit; a visit takes about 1 µs per block
+// Number of blocks that a cut adds to the credit, and limit of the credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 int floor_div(int a, int b) {
@@ -41,7 +41,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// The samples and their neighbours over faces, within the block.
+/// Returns the samples and their neighbours over faces, within the block.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -90,8 +90,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// The samples of the neighbour block that touch the samples `b` over one face of the block. `face`: 0, 1: ∓x; 2, 3:
-/// ∓y; 4, 5: ∓z.
+/// Returns the samples of the neighbouring block that touch the samples `b` over one face of the block. `face`: 0, 1:
+/// ∓x; 2, 3: ∓y; 4, 5: ∓z.
 SolidBits across(const SolidBits& b, int face) {
   SolidBits out{};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -111,11 +111,11 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same rate
-/// and are joined when they meet. Buffers stay allocated between cuts.
+/// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same
+/// rate and are joined when they meet. The buffers stay allocated between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// The bits of a block as last read, for changing them; null if the block was not read yet.
+  /// The bits of a block as last read; the caller may change them. Null if the block was not read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
@@ -172,7 +172,7 @@ class LoosePieces::KnownBlocks {
   }
   /// Number of floods that remain separate.
   std::size_t apart() const { return roots_.size(); }
-  /// The tissue of each remaining flood, sorted by size. The last one is the largest; it may be incomplete.
+  /// The tissue of each remaining flood, sorted by size. The last flood is the largest; it may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -196,11 +196,12 @@ class LoosePieces::KnownBlocks {
   struct Block {
     glm::ivec3 key{0};
     SolidBits bits{};
-    bool one_part = false;                     // the bits are known to be connected
-    int beside[6] = {-1, -1, -1, -1, -1, -1};  // indices of the neighbours over faces; -1: not known yet
+    bool one_part = false;  // the bits are known to be connected
+    // indices of the neighbouring blocks over the six faces; -1: not known yet
+    int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
     std::uint32_t look = 0;
-    int first_part = 0, part_count = 0;  // the block's parts
+    int first_part = 0, part_count = 0;  // range of the block's parts in parts_
   };
   struct Part {
     SolidBits bits{};
@@ -208,7 +209,7 @@ class LoosePieces::KnownBlocks {
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts from which the flood spreads; those before `next` are done
+    std::vector<int> edge;  // parts from which the flood spreads; those before index `next` are done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the flood's parts
     std::int64_t samples = 0;

@@ -30,16 +30,16 @@ using TissuePiece = std::vector<BlockPart>;
 /// same rate until they have met, mostly within one block. A flood that ends without meeting another one has filled a
 /// loose piece. So the cost depends on the size of the piece, not of the tooth.
 ///
-/// Bodies that were separate before the first cut (two teeth) are not loose pieces: only the smaller part of a former
-/// body is. Deterministic: equal volumes and equal cuts give equal pieces.
+/// Bodies that were separate before the first cut (two teeth) are not loose pieces. If a cut divides a body, only the
+/// smaller part is a loose piece. Deterministic: equal volumes and equal cuts give equal pieces.
 class LoosePieces {
  public:
   /// Searches the whole volume once for its bodies.
   explicit LoosePieces(const TissueVolume& volume);
   ~LoosePieces();
 
-  /// Returns the pieces that a cut separated; they are still in the volume. The cut wrote within `written` and may have
-  /// emptied samples of `blocks` (TissueVolume::Carved).
+  /// Returns the pieces that a cut separated; the volume still contains them. `written`: box of the voxels that the
+  /// cut wrote. `blocks`: blocks in which samples may have become air (TissueVolume::Carved).
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const glm::ivec3> blocks);
   /// Must be called after samples lo .. hi were changed by anything except a cut.
@@ -69,9 +69,9 @@ class LoosePieces {
   void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
 
   std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
-  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive, all of which are in blocks_
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
   std::size_t body_count_ = 0;
-  // Samples of all bodies except the largest, which has number 0
+  // Samples of all bodies except the largest body, which has number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
   // Samples that became air and whose surroundings were not searched yet; keys may repeat
   std::vector<BlockPart> emptied_;

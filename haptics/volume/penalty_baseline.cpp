@@ -39,7 +39,7 @@ dvec3 PenaltyBaseline::push(const dvec3& center_W, double radius) {
   const auto distance = [&](double x, double y, double z) {
     return static_cast<double>(openvdb::tools::QuadraticSampler::sample(*impl_->accessor, openvdb::Vec3R(x, y, z)));
   };
-  constexpr double kStep = 0.5;  // voxels, of the central differences
+  constexpr double kStep = 0.5;  // voxels, step of the central differences
   const dvec3 gradient{distance(c.x + kStep, c.y, c.z) - distance(c.x - kStep, c.y, c.z),
                        distance(c.x, c.y + kStep, c.z) - distance(c.x, c.y - kStep, c.z),
                        distance(c.x, c.y, c.z + kStep) - distance(c.x, c.y, c.z - kStep)};

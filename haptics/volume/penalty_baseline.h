@@ -1,5 +1,5 @@
-// A penalty force as a program computes it with OpenVDB alone: depth and gradient of the level set at the head's
-// centre. Only a yardstick for bench rows.
+// A penalty force as a program computes it with OpenVDB alone, from depth and gradient of the level set at the head's
+// centre. Only a reference for bench rows.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,13 @@ namespace typodont::haptics {
 
 class PenaltyBaseline {
  public:
-  /// Set-up.
+  /// Makes the level set; set-up time.
   explicit PenaltyBaseline(const DenseTissue& tissue);
   ~PenaltyBaseline();
 
-  /// Where the surface pushes a ball's centre: from `center_W` along the field's gradient until the ball of `radius`
-  /// touches the surface, m. There is no proxy: a ball that has passed a thin wall is pushed on.
+  /// Returns the position, m, to which the surface pushes a ball's centre: from `center_W` along the field's gradient
+  /// until the ball of `radius` (m) touches the surface. There is no proxy, so a ball that has passed a thin wall is
+  /// pushed out on the other side.
   dvec3 push(const dvec3& center_W, double radius);
 
  private:

@@ -28,7 +28,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    if (!(square > 0.04)) return p;  // the gradient of a distance field near its surface is larger
+    // threshold of |gradient|²; near its surface, a distance field has a larger gradient
+    if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
     p += step;
@@ -51,7 +52,7 @@ TissueMesh TissueVolume::extract_mesh() const {
   openvdb::tools::volumeToMesh(*v.distance, points, triangles, quads, 0.0, 0.0);
   TissueMesh mesh;
   mesh.vertices.reserve(points.size());
-  std::vector<openvdb::Vec3d> place(points.size());  // voxels
+  std::vector<openvdb::Vec3d> place(points.size());  // voxels, vertices on the zero set
   const auto field = v.distance->getConstAccessor();
   for (std::size_t i = 0; i < points.size(); ++i) {
     place[i] = onto_surface(field, openvdb::Vec3d(points[i]));

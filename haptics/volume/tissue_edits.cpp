@@ -58,7 +58,7 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// The TLS model: in a shared library (libtypodont.so) the default model calls a function at each access.
+// Sets the TLS model. In a shared library (libtypodont.so), the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -108,7 +108,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // Number of marks per volume; with one per microsecond they last twelve days
+  // Number of marks that each volume may use; at one mark per microsecond they last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -120,7 +120,7 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // Limit of the blocks since a mark; copying more of them would take as long as a whole patch
+  // Limit of the number of blocks since a mark; copying more of them would take as long as copying a whole patch
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
@@ -130,7 +130,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  constexpr std::size_t kMost = 32;  // limit of the marks with stored writes; a session has fewer patches
+  constexpr std::size_t kMost = 32;  // limit of the number of marks with stored writes; a session has fewer patches
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
   v.writes.emplace_back();
@@ -189,13 +189,13 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    leaf = accessor.touchLeaf(origin);  // a tile far inside the tissue; the cut brings it into the band
+    leaf = accessor.touchLeaf(origin);  // the leaf was a tile far inside the tissue; the cut brings it into the band
     if (kept) kept->changed = true;
   }
   return leaf;
 }
 
-/// Must be called after a removal wrote to a leaf.
+/// Must be called after a removal has written to a leaf.
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -287,7 +287,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// A block of samples in the form of a removal: it replaces the samples.
+/// Replaces a block of samples; has the interface of a removal.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -340,7 +340,8 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;  // solid already, far inside
+        // the leaf is a solid tile already, far inside the tissue
+        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);
         Leaf* leaf = distance.touchLeaf(origin);
@@ -571,7 +572,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  if (v.done == v.strokes.size()) return false;  // an unfinished stroke is the last one and continues
+  if (v.done == v.strokes.size()) return false;  // the last stroke is unfinished, so it continues
   v.exchange(v.strokes[v.done++], false);
   return true;
 }

@@ -62,11 +62,11 @@ inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
 }
-/// Hardness in a value; for a filled voxel the hardness before the filling.
+/// Hardness stored in a value; for a filled voxel this is the hardness before the filling.
 inline std::uint8_t hardness_kept_in(std::int32_t value) {
   return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
 }
-/// Hardness that the hand feels and the bur cuts.
+/// Hardness that the hand feels and that determines cutting.
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
@@ -79,7 +79,7 @@ inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// All changes of one stroke: the leaves before the stroke, or, after an undo, the leaves after it.
+/// All changes of one stroke: the leaves before the stroke or, once the stroke is undone, the leaves after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
@@ -100,16 +100,16 @@ struct TissueVolume::Impl {
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
-  std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made, or null
+  std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   KeySet changed;                          // bricks that changed since the last take_changed_bricks()
-  KeySet carved;                           // bricks with a cut: distances outside the tissue are no longer true there
+  KeySet carved;  // bricks that were cut: outside the tissue, their distances are no longer exact
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // active leaves of the head that cuts
   KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
-  // Writes since each of the last marks, oldest first; the last mark is `marked`. Empty: the writes before `marked` are
-  // unknown.
+  // Writes since each of the last marks, oldest mark first; the last mark is `marked`. Empty: the writes before
+  // `marked` are unknown.
   std::deque<TissueVolume::Written> writes;
   std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
@@ -125,7 +125,8 @@ struct TissueVolume::Impl {
 
   /// The first mark of a volume; marks of different volumes differ.
   static std::uint64_t first_mark();
-  /// Discards the log of writes. To be called after a change that was not logged, because the log is then incomplete.
+  /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
+  /// incomplete.
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -142,7 +143,7 @@ struct TissueVolume::Impl {
   /// Marks the bricks of a box that a cut or a filling has written to; lo > hi: nothing was written.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  /// See TissueVolume::copy_every(); only the samples from..to, inclusive.
+  /// Like TissueVolume::copy_every(), but copies only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   // Files store the parts of a label separately, see StoredVolume. Saving extracts hardness first; loading inserts it

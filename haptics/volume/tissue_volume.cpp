@@ -67,7 +67,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // Leaf by leaf, so that memory for voxels beyond the band is never allocated.
+  // Works leaf by leaf, so that no memory is allocated for voxels beyond the band.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -260,7 +260,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
                  const Convert& converted) {
   using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
-  struct Stretch {  // part of a row of samples: from one leaf, or of one value
+  struct Stretch {  // part of a row of samples that lies in one leaf or has one value
     const Value* leaf;
     Out tile;
     int from, length;
@@ -364,7 +364,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends to whole bricks: when a brick is cut for the first time, its deep samples change, too.
+  // Extends the box to whole bricks: when a brick is cut for the first time, its deep samples change, too.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -433,8 +433,8 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A leaf contains surface if it has samples of both signs or is next to a sample of the other sign. In both cases it
-  // has a sample with |distance| < 2.
+  // A leaf contains surface if it has samples of both signs, or if it is next to a sample of the opposite sign. In
+  // both cases the leaf has a sample with |distance| < 2.
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     glm::ivec3 lo(INT_MAX), hi(INT_MIN);

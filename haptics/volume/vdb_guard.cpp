@@ -25,14 +25,14 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;        // file version, oldest with a UUID, see openvdb/version.h
+constexpr std::uint32_t kOldest = 218;  // version of the file format, the oldest one with a UUID; see openvdb/version.h
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, limit of a message; a longer file contains truncated grids instead
+// bytes, limit of the length of a message; a longer output file contains truncated grids instead of a message
 constexpr std::size_t kLongestMessage = 1000;
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the cached grids
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the size of all cached grids
 
 /// FNV-1a hash of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
@@ -73,7 +73,8 @@ int read_elsewhere(const std::filesystem::path& file, const std::filesystem::pat
   return run_guarded(words);
 }
 
-/// Walks the header, the metadata and the grid descriptors (format 218 to 224, as OpenVDB 4 and later write it).
+/// Walks the header, the metadata and the grid descriptors of a file (format 218 to 224, as OpenVDB 4 and later write
+/// it).
 class Walker {
  public:
   explicit Walker(const std::filesystem::path& file)
@@ -156,7 +157,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
   if (seal == Seal::kNone) Walker(file).walk();
 
-  // The result is cached by content, because every start reads a scene's volume again.
+  // The result is cached, with a hash of the content as its key, because every start reads a scene's volume again.
   Fnv1a key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));

@@ -15,9 +15,9 @@ namespace typodont::haptics {
 /// anybody can compute it. Throws Error if the file cannot be written.
 void seal_vdb(const std::filesystem::path& file);
 
-/// Reads those of `grids` that the file contains, in a guarded process (volume_reader.cpp), whoever made the file. The
-/// result is cached by content for the user. Throws Error if the seal is broken, a stated length lies beyond the file,
-/// or the process fails (with its message), exceeds memory or time, or dies.
+/// Reads those of `grids` that the file contains, in a guarded process (volume_reader.cpp), whoever made the file.
+/// The result is cached per user, by a hash of the file's content. Throws Error if the seal is broken, if a stated
+/// length lies beyond the file, or if the process fails (with its message), exceeds its memory or time, or dies.
 FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
 
 }  // namespace typodont::haptics

@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m, limit of the origin's coordinates
+constexpr double kFarthestOrigin = 100;  // m, limit of each coordinate of the origin
 
 /// Converts all distances, clamped to the band, between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -50,7 +50,7 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   return grids;
 }
 
-/// Throws exceptions of OpenVDB.
+/// Writes the grids to a file. Throws exceptions of OpenVDB.
 void write_grids(const std::filesystem::path& file, const StoredVolume& volume) {
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);

@@ -20,11 +20,11 @@ using namespace literals;
 
 constexpr const char* kTools[] = {"round_006", "round_012",         "round_023", "cylinder_010",     "flame_012",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
-constexpr double kLanded = 0.5;     // s after which the hand rests on the surface
-constexpr double kAfter = 1.0;      // s that a run continues after the stall
+constexpr double kLanded = 0.5;     // s, time after which the hand rests on the surface
+constexpr double kAfter = 1.0;      // s, duration of a run after the end of the stall
 constexpr double kFade = 0.1;       // s, time constant of the fade in the law kFadeOnStale
 constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in the law kFadeOnStale
-constexpr double kRow = 5e-3;       // s between two rows of a path
+constexpr double kRow = 5e-3;       // s, time between two rows of a path
 
 /// Motion of the hand, in s and m relative to its landing point, and the model of the hand.
 struct Course {
@@ -82,7 +82,7 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   return course;
 }
 
-/// Pose of first contact of a tool that is lowered from X, with a resolution of 0.01 mm.
+/// Pose at which a tool that is lowered from X first touches the tissue, with a resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
   HapticLoop loop(scene, load_tissue(scene), 1000);
   ServoTick tick;

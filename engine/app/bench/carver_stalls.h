@@ -1,5 +1,5 @@
-// Measures what a hand feels while the carver stalls: simulated hands on the molar, with the servo's force law and
-// other laws for comparison.
+// Measures the force on a hand while the carver stalls. Simulated hands touch the molar, with the servo's force law
+// and with other laws for comparison.
 #pragma once
 
 #include <cstdint>
@@ -36,9 +36,9 @@ const char* name_of(StallGesture gesture);
 
 struct StallRun {
   StallGesture gesture = StallGesture::kSlide;
-  double stall = 0;        // s, duration of the stall; 0: the same hand without a stall
+  double stall = 0;        // s, duration of the stall; 0: the same hand without a stall, for comparison
   double rate = 1000;      // Hz
-  std::uint64_t seed = 1;  // seed for the hand, its tool and its position
+  std::uint64_t seed = 1;  // seed of the random hand, its tool and its position
   StallLaw law = StallLaw::kServo;
 };
 
@@ -47,7 +47,7 @@ struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
   double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
-  double most_force = 0;  // N, largest force
+  double most_force = 0;  // N, largest force in this time
   double most_speed = 0;  // m/s, highest speed of the hand
   double held_back = 0;   // N, largest force against a hand that withdraws
   double end_force = 0;   // N, force in the last tick

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory of this process in bytes: the present resident size, and the peak since the last start().
+/// Memory of this process, bytes: the present resident size, and the peak since the last start().
 class Memory {
  public:
   static void start() { std::ofstream("/proc/self/clear_refs") << "5"; }
@@ -48,8 +48,8 @@ double processor_seconds() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// Writes a head in Hounsfield units plus 1024: a skull with the arch of a lower jaw in front, open below; noise of 20
-/// HU.
+/// Writes a head in Hounsfield units plus 1024: a skull with the arch of a lower jaw in front; it is open below, and
+/// has noise of 20 HU.
 void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel_mm) {
   std::ofstream out(file, std::ios::binary);
   out << fmt::format(
@@ -78,7 +78,7 @@ void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel
   }
 }
 
-/// Writes a ball of the size of a bone; `radius` in mm.
+/// Writes a ball that is as large as a bone. `radius`: mm.
 void write_ball(const fs::path& file, double radius) {
   constexpr int kRings = 100;
   std::ofstream out(file);

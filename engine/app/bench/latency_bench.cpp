@@ -35,7 +35,7 @@ using namespace literals;
 constexpr double kTouchTime = 0.4;  // s, time at which the hand's step reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
-/// A temporary folder of this bench.
+/// A temporary folder that only this bench uses.
 struct Folder {
   fs::path path;
   Folder() {
@@ -59,7 +59,8 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// An explorer rests above a block, steps onto it at kTouchTime and stays there: the sound is silence, then a tap.
+/// An explorer rests above a block, steps onto the block at kTouchTime and stays there. So the sound is silence, then
+/// a tap.
 void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "hand.csv", wav = folder.path / "s.wav", session = folder.path / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -67,7 +68,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path / "scene.json";
-  // The scene draws nothing: picture_rows() measures the picture without a desktop.
+  // The scene draws nothing, because picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -110,7 +111,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const auto& streams = played.header().streams;
   for (std::size_t i = 0; i < streams.size(); ++i) {
     if (streams[i].name != "sound") continue;
-    std::vector<double> seconds = played.streams()[i].columns.back();  // latency_s
+    std::vector<double> seconds = played.streams()[i].columns.back();  // the last column, latency_s
     std::erase_if(seconds, [](double v) { return !std::isfinite(v); });
     if (seconds.empty()) continue;
     for (const auto& [name, q] : {std::pair{"median", 0.5}, {"99 %", 0.99}})
@@ -147,7 +148,7 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Times in s from the start of a command to the creation of its output `file`, and to the command's end.
+/// Two times since the start of a command, s: until its output `file` exists, and until its end.
 struct Took {
   double there = 1e9, end = 1e9;
 };
@@ -169,7 +170,7 @@ Took time_of(const std::string& command, const fs::path& file) {
   return {to_seconds(there - start), to_seconds(end - start)};
 }
 
-/// Runs each command as a user would: first to fill the caches, then for the measurement.
+/// Runs each command as a user would: the first run fills the caches, the second run is measured.
 void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "still.csv", said = folder.path / "said.json", picture = folder.path / "left.png";
   std::ofstream(hand) << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n9,0,0,30,1,0,0,0,0\n";
@@ -191,7 +192,8 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const bool desktop = display::has_desktop();
   for (int i = 0; i < kTimes; ++i) {
     nothing = std::min(nothing, time("--version").end);
-    // Use the live session's own times for its first finished tick and its first frame on the screen.
+    // Reads the times that the live session itself measured: its first finished tick, and its first frame on the
+    // screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
                                           hand.string(), seconds, rig))

@@ -30,10 +30,10 @@ constexpr std::string_view kScene = R"({
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [12, 12, 6]}}},
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [12, 12, 1]}}}]},
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
-constexpr double kRate = 1000, kCycle = 60;  // Hz, s
+constexpr double kRate = 1000, kCycle = 60;  // Hz, rate of the servo; s, duration of a cycle
 
-/// The hand's cycle of one minute: it drills a pit, fills it, probes it, and rests. Then it moves to the next of 25
-/// places; that place was last filled 25 minutes ago.
+/// The hand's cycle of one minute: it drills a pit, fills the pit, probes it, and rests. Then it moves to the next of
+/// 25 positions. Each position was last filled 25 minutes ago.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);
@@ -55,7 +55,7 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    z = visit(8, 12, 1.5_mm, 1.6_mm);  // the instrument's end, 1.5 mm below its origin, closes the pit
+    z = visit(8, 12, 1.5_mm, 1.6_mm);  // the instrument's end, 1.5 mm below its origin, then closes the pit
   } else {
     hand.tool = 2;
     z = visit(12, 18, 0.2_mm, 0.0_mm);
@@ -92,7 +92,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
   ServoTick tick;
   Cut cut;
   std::uint64_t count = 0, recorded = 0;
-  double recording = 0;  // ns of recording since the last row
+  double recording = 0;  // ns, time spent on recording since the last row
   for (int mark = 1; mark <= kLast; ++mark) {
     for (const auto end = static_cast<std::uint64_t>(mark * unit * kRate); count < end; ++count) {
       const haptics::HandSample hand = hand_at(static_cast<double>(count) / kRate);
@@ -108,7 +108,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
       recording += static_cast<double>(thread_cpu_time() - ticked);
       (void)loop.carver().take_pieces();
     }
-    if ((mark & (mark - 1)) != 0) continue;  // add rows only after 1, 2, 4 and 8 units
+    if ((mark & (mark - 1)) != 0) continue;  // adds rows only after 1, 2, 4 and 8 units
     writer.flush();
     const std::string knob = fmt::format("after {} {}{}", mark, run.quick ? "minute" : "hour", mark > 1 ? "s" : "");
     const auto row = [&](std::string name, double error, const char* error_unit, double time = BenchRow::kNone) {
@@ -133,7 +133,8 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
     row("recording", static_cast<double>(fs::file_size(file)) / static_cast<double>(count), "bytes a tick");
     row("open files", entries("/proc/self/fd"), "files");
     row("threads", entries("/proc/self/task"), "threads");
-    for (std::size_t i = first; i < rows.size(); ++i) {  // print the rows now, because the next rows are hours away
+    // prints the rows now, because the next rows follow hours later
+    for (std::size_t i = first; i < rows.size(); ++i) {
       const BenchRow& r = rows[i];
       log::info("{}, {}: {}", r.name, knob,
                 std::isfinite(r.time_ns) ? fmt::format("{:.3g} us", r.time_ns * 1e-3)

@@ -20,14 +20,15 @@ using haptics::ModelAnatomy;
 using haptics::TissueMesh;
 using haptics::TissueVolume;
 
-/// Loads a mesh file as a tissue: field models get its volume, mesh models the mesh itself.
+/// Loads a mesh file as a tissue: field models get the mesh's volume, mesh models the mesh itself.
 ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> voxels_mm) {
   ModelAnatomy anatomy;
   anatomy.name = name;
   anatomy.mesh = haptics::read_tissue_mesh(assets_folder() / file, kMillimetre, Tissue::kDentin).mesh;
   anatomy.voxels_mm = std::move(voxels_mm);
   const auto mesh = std::make_shared<const TissueMesh>(anatomy.mesh);
-  const auto kept = std::make_shared<std::map<double, DenseTissue>>();  // a cache: a volume takes seconds
+  // a cache, because making a volume takes seconds
+  const auto kept = std::make_shared<std::map<double, DenseTissue>>();
   anatomy.make = [mesh, kept](double voxel_mm) {
     auto found = kept->find(voxel_mm);
     if (found == kept->end()) {
@@ -46,7 +47,7 @@ ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> vox
 
 std::vector<ModelAnatomy> model_anatomies() {
   std::vector<ModelAnatomy> all;
-  // The molar is a file of voxels: the triangles of its surface are the reference.
+  // The molar's file contains voxels, so the triangles of its surface are the reference.
   ModelAnatomy molar;
   molar.name = "molar";
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };
@@ -60,7 +61,7 @@ std::vector<ModelAnatomy> model_anatomies() {
   arch.start = *std::ranges::max_element(arch.mesh.vertices, {}, &dvec3::z);
   all.push_back(std::move(arch));
 
-  // Start at the floor of the socket. The socket's middle is the origin, and its opening faces z.
+  // The hand starts at the floor of the socket. The socket's middle is the origin, and its opening faces z.
   ModelAnatomy pelvis = of_mesh("pelvis", "hip/acetabulum.ply", {0.5, 0.3});
   pelvis.start = *std::ranges::min_element(pelvis.mesh.vertices, {}, [](const dvec3& p) {
     return std::hypot(p.x, p.y) + (p.z > 0 ? 1.0 : 0.0) - 1e-3 * p.z;

@@ -28,7 +28,8 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question about one measure of one motion. `unit`: end of a row's unit; selects among the rows of one measure.
+/// A question about one measure of one motion. `unit`: end of a row's unit, which selects among the rows of this
+/// measure.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;
@@ -87,8 +88,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// The row that answers a question for a model and a tissue, with the model's finest setting (the last row); null:
-/// none.
+/// The row that answers a question for a model and a tissue. It has the model's finest setting, which is the last
+/// row. Null: no row does.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -184,8 +185,8 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How long does the set-up take?", "CPU time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
 
-/// A task in the table of recommendations. The best model has the least figure among those that meet the tick's time
-/// limit and do not let the hand through.
+/// A task in the table of recommendations. The best model has the smallest figure among the models that meet the
+/// tick's time limit and do not let the hand through.
 struct Task {
   const char* task;
   Question question;
@@ -247,8 +248,8 @@ const std::vector<Task>& tasks() {
 
 constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile: half of a period at 1 kHz
 
-/// Geometric mean over the task's tissues, each with the finest setting whose tick meets the time limit; infinite if
-/// the model fails on one of the tissues.
+/// Geometric mean over the task's tissues, for each tissue with the finest setting whose tick meets the time limit.
+/// Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {
@@ -271,7 +272,7 @@ struct Ranked {
   std::string model;
   double score = INFINITY;
 };
-/// The models with the best first; models that fail are omitted.
+/// The models sorted by score, the best one first; models that fail are omitted.
 std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
   std::vector<Ranked> all;
   for (const std::string& model : distinct(figures, &ModelFigure::model)) {

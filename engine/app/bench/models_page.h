@@ -17,7 +17,7 @@ struct ModelFigure {
 /// The figures among `rows`, in order; rows with names of another form are omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
-/// The model that is the best in most tasks of the page's table of recommendations; empty if there are no figures.
+/// The model that is best in most tasks of the page's table of recommendations; empty if there are no figures.
 std::string model_of_most_tasks(const std::vector<ModelFigure>& figures);
 
 /// Writes FILE.md and one SVG per question, in a folder of the same name beside it. `machine`: processor, compiler,

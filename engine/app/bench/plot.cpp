@@ -40,7 +40,7 @@ Decades decades(const std::vector<Plot>& plots, double PlotPoint::*value) {
   return {first, std::max(last, first + 1)};
 }
 
-/// Rectangle of one plot in a drawing, and the ranges of its axes.
+/// Rectangle of one plot in a drawing, with the ranges of its axes.
 struct Frame {
   double left, top, width, height;
   Decades across, up;

@@ -25,8 +25,8 @@ struct Plot {
 /// Draws one plot with its legend. The points of a series are joined in the order of x.
 std::string svg(const Plot& plot);
 
-/// Draws several plots of the same series side by side, each with a title, with common axes and one legend. The points
-/// of a series are joined in their given order. The axis labels are those of the first plot.
+/// Draws several plots of the same series side by side. Each has a title; all have common axes and one legend. The
+/// points of a series are joined in the given order. The labels of the axes are those of the first plot.
 std::string svg_panels(const std::vector<Plot>& panels);
 
 }  // namespace typodont

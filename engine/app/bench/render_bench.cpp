@@ -25,7 +25,7 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
   return rig;
 }
 
-/// Root-mean-square difference of all pixels between `fine`, averaged over 2×2 blocks, and `coarse`; in steps of 0 to
+/// Root-mean-square difference of all pixels between `fine` (averaged over 2×2 blocks) and `coarse`, in steps of 0 to
 /// 255.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
@@ -48,7 +48,8 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
-  const Surroundings around = make_surroundings(scene.surroundings);  // gum and neighbouring teeth, as in a session
+  // gum and neighbouring teeth are drawn, as in a session
+  const Surroundings around = make_surroundings(scene.surroundings);
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
   tick.spindle = 36000;
@@ -77,7 +78,7 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);
     const double error = difference(reference, stage->screen());
-    // During drilling the tool moves and two bricks change. Measures the processor time of all threads, because
+    // Simulates drilling: the tool moves and two bricks change. Measures the processor time of all threads, because
     // lavapipe uses several.
     ServoTick moving = tick;
     std::vector<double> times;

@@ -1,5 +1,5 @@
-// Measures how costs grow with the size of the scene: the servo's time must not depend on it, and memory must grow with
-// the surface.
+// Measures how costs grow with the size of the scene. The servo's time must not depend on the size, and memory must
+// grow with the surface.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.0;  // mm, the same for all bodies, to make their memory comparable
+constexpr double kBand = 1.0;  // mm, width of the band; equal for all bodies, to make their memory comparable
 
 double allocated_bytes() {
   const auto info = mallinfo2();
@@ -80,8 +80,8 @@ Body hip() {
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
 
-/// Draws a close view of the drilled place: the cost of a frame depends on what is visible, not on the size of the
-/// body.
+/// Draws a close view of the drilled position, because the cost of a frame depends on what is visible, not on the
+/// size of the body.
 void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& tissue, ServoTick tick, bool quick,
                  std::vector<BenchRow>& rows) {
   const auto fast = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),

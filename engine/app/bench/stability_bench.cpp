@@ -1,5 +1,6 @@
-// Measures the stiffness above which a sampled wall is unstable under a simulated hand, for the servo and for the exact
-// recurrence of the linear problem. Also measures how the passivity controller handles stiffer walls.
+// Measures the critical stiffness, above which a sampled wall is unstable under a simulated hand: for the servo, and
+// for the exact recurrence of the linear problem. Also measures the effect of the passivity controller on stiffer
+// walls.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,14 +27,14 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
 constexpr int kMostDelay = 2;
 
 struct Course {
-  bool grows = false;       // excursions grow from the second to the last quarter, or the hand leaves the wall
+  bool grows = false;  // excursions grow from the second to the last quarter of the run, or the hand leaves the wall
   double least_energy = 0;  // J, minimum of the energy ledger
 };
 
-/// Timing of the servo.
+/// Timing of the simulated servo.
 struct Clock {
   double rate = 1000;  // Hz
-  int delay = 0;       // ticks from the computation of a force to its effect
+  int delay = 0;       // number of ticks from the computation of a force to its effect
   double jitter = 0;   // largest deviation of a period in both directions, as a fraction of the period
 };
 
@@ -72,11 +73,11 @@ Course theory(double stiffness, const Clock& clock) {
       stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-/// A wall, and above it a ball of 2 mm that `press` moves to a height above contact (m).
+/// A wall, and above it a ball of 2 mm. `press` moves the ball to a height (m) above the position of first contact.
 class Wall {
  public:
   Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
-  /// Force in N at the height `z`; `after`: s since the previous call.
+  /// Force at the height `z`, N; `after`: s since the previous call.
   double press(double z, double after) {
     haptics::HandSample hand;
     hand.t = t_ += from_seconds(after);
@@ -120,7 +121,7 @@ Course servo(double stiffness, const Clock& clock, bool controller) {
   return play(stiffness, clock, at, [&] { return wall.energy(); });
 }
 
-/// Depth in m of a hand at `speed` when it first feels `force`, at a wall of 1 N/mm with the controller on.
+/// Depth at which a hand with `speed` first feels `force`, m, at a wall of 1 N/mm with the controller on.
 double first_felt(double speed, double force, double rate) {
   Wall wall(1000, rate, true);
   const double way = speed / rate;
@@ -129,17 +130,18 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Lower bound, for every possible controller, of the depth in m at which it can first give `force` at a wall of 1
-/// N/mm. However the hand moves next, the controller must keep its energy ledger E above -ε (1 nJ). The controller may
-/// assume only that the hand retreats in one tick by at most a, the hand's last step. So a force F is allowed if F a <=
-/// E + ε. While the hand moves inward, the ledger gains F a <= E + ε per tick, so E + ε at most doubles in each tick.
+/// Lower bound of the depth, m, at which any possible controller can first give `force` at a wall of 1 N/mm. Whatever
+/// the next motion of the hand is, the controller must keep its energy ledger E above -ε (1 nJ). The controller may
+/// assume only that the hand retreats in one tick by at most a, the hand's last step. So a force F is allowed if F a
+/// <= E + ε. While the hand moves inward, the ledger gains F a <= E + ε per tick, so E + ε at most doubles in each
+/// tick.
 double least_first_felt(double speed, double force, double rate) {
-  constexpr double kCredit = 1e-9;  // J
+  constexpr double kCredit = 1e-9;  // J, ε: amount by which the ledger may be overdrawn
   const double way = speed / rate;
   return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
-/// The critical stiffness in N/m, above which excursions grow.
+/// The critical stiffness, N/m, above which excursions grow.
 template <class F>
 double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;
@@ -150,7 +152,8 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// Rows for a late carver: worst effect on several hands, for each law, motion of the hand and duration of the stall.
+/// Rows for a late carver: the worst effect on several hands, for each law, motion of the hand and duration of the
+/// stall.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};

@@ -26,7 +26,7 @@ Name name_of(const BenchRow& row) {
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Measures for which exceeding the limit means kFell; for all other measures it means kFlawed.
+/// Names of the measures for which a value above the limit means kFell; for all other measures it means kFlawed.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -54,7 +54,7 @@ constexpr Campaign kCampaigns[] = {
      "a ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick; a hand escapes if no force pushes it back "
      "behind the sheet"}};
 
-/// Known reason why a model does not survive a campaign. Printed only if it did not survive.
+/// Known reason why a model does not survive a campaign. It is printed only if the model did not survive.
 struct Cause {
   std::string_view campaign, model, why;
 };
@@ -149,7 +149,7 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // A fall takes precedence over every flaw.
+    // A fall counts more than any flaw.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =

@@ -13,14 +13,14 @@ namespace typodont {
 /// Result of a model in a campaign.
 enum class Survival {
   kSurvived,  // all figures are within their limits
-  kFlawed,    // no fall, but a force step, an energy or an error exceeds its limit
+  kFlawed,    // no fall, but a step of the force, an energy or an error exceeds its limit
   kFell       // the force is not finite, exceeds its limit or is missing, or the tool penetrated the tissue
 };
 
 struct SurvivalCell {
   std::string campaign, model;
   Survival survival = Survival::kSurvived;
-  std::string worst;  // the figure that exceeds its limit most; empty if none does
+  std::string worst;  // the figure that exceeds its limit most; empty if no figure does
 };
 /// One cell for each campaign and model, in the rows' order. Rows whose name is not "campaign, model: measure" are
 /// omitted.

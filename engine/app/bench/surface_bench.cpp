@@ -90,7 +90,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   const int reach = static_cast<int>(radius) + 15;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y) {
-      // A row along z meets the band in two intervals.
+      // A row along z intersects the band in two intervals.
       const double across = std::hypot(x - kCentre.x, y - kCentre.y);
       if (across > radius + kBand) continue;
       const double far = std::sqrt(std::max(0.0, std::pow(radius + kBand, 2) - across * across));
@@ -142,7 +142,7 @@ std::vector<FieldBrick> read(const haptics::TissueVolume& volume, const std::vec
   return bricks;
 }
 
-/// Time in ns to mesh the bricks.
+/// Time to mesh the bricks, ns.
 double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBrick>& bricks) {
   return measure(1,
                  [&] {
@@ -170,7 +170,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // The second carver is for the row "triangles", because the changes of a carver can be queried only once.
+    // This second carver is for the row "triangles", because the changes of a carver can be queried only once.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
@@ -179,7 +179,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = measure(1, [&] { (void)view.update(carver.volume()); }).median;
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // Drill with a bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
+    // Drills with a bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();
@@ -206,7 +206,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Rows for a ball: sampled coarsely for the program's mesher, and finer for volumeToMesh until both errors are equal.
+/// Rows for a ball. For the program's mesher it is sampled coarsely; for volumeToMesh it is sampled finer, until both
+/// errors are equal.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {
     return surface::largest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) / radius;

@@ -66,7 +66,7 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     back.push_back(static_cast<double>(undone - start));
     (void)carver.volume().take_changed_bricks();
     bytes = carver.volume().strokes().bytes;  // bytes of this stroke alone, because the previous one was discarded
-    carver.undo();                            // the next stroke must meet the same tissue
+    carver.undo();                            // undoes the stroke, so that the next stroke meets the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
   rows.push_back({.name = "prepared in the pause after it",
@@ -104,7 +104,7 @@ std::vector<BenchRow> bench_undo(const BenchRun& run) {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
     haptics::Carver carver(load_tissue(scene), haptics::tool_set(scene.servo));
     Cutter cutter = cutter_of(carver);
-    for (const int passes : {1, 4, 16})  // through the crown, below its top
+    for (const int passes : {1, 4, 16})  // strokes through the crown, below its top
       measure(
           rows, cutter, 0, passes, 0.2e-3, run.quick ? 3 : 15,
           [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },

@@ -48,7 +48,7 @@ std::string machine() {
   const std::time_t now = std::time(nullptr);
   char date[32];
   std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
-  const char* const commit = std::getenv("TYPODONT_COMMIT");  // set by ./run bench
+  const char* const commit = std::getenv("TYPODONT_COMMIT");  // the script ./run bench sets this variable
   return fmt::format("typodont {}{}, {}, {} cores, {}, GCC {}, {}", TYPODONT_VERSION,
                      commit ? fmt::format(" ({})", commit) : "", cpu, std::thread::hardware_concurrency(), date,
                      __VERSION__, TYPODONT_FLAGS);
@@ -74,7 +74,7 @@ std::string csv(const std::vector<MeasuredPart>& parts, const std::string& made)
   return text;
 }
 
-/// The cells of one line of a CSV file of rows.
+/// Splits one line of a CSV file of rows into its cells.
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells(1);
   bool quoted_now = false;

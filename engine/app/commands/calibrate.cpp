@@ -106,7 +106,7 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// Differences between the two commands that use poses of an arm and a tracker.
+/// The values by which the two commands for poses of an arm and a tracker differ.
 struct PoseCommand {
   const char* name;
   const char* about;
@@ -440,7 +440,8 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // The captures are stored beside the rig like all others; the check of each session starts without old captures.
+      // These captures are stored beside the rig, like all others, but the check of each session starts without old
+      // captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -492,7 +493,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step: guided capture, solution, storage in the rig file. Returns false if the user stopped.
+/// Runs one step: guided capture, solution, and storage in the rig file. Returns false if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

@@ -31,7 +31,7 @@ class Check {
 /// Accepts a finite number from low to high, inclusive.
 Check range(double low, double high);
 Check range(int low, int high);
-/// Accepts a number above 0, up to `most`.
+/// Accepts a number that is above 0 and at most `most`.
 Check more_than_zero(double most = 1e9);
 /// Accepts a whole number from 0, for example a monitor or a channel.
 Check from_zero();
@@ -50,15 +50,16 @@ class Option {
   Option* show_default();
   /// The option takes `count` words.
   Option* expected(int count);
-  /// The option takes at most one word; without a word the value is `usual`. `word`: name of the word in the help.
+  /// The option takes at most one word; without a word, its value is `usual`. `word`: placeholder for the word in the
+  /// help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with its options and subcommands; the root is the program itself. Returned pointers are valid as long as
-/// the root exists. The root's run() writes the variables, so they must outlive it.
+/// A command with its options and subcommands; the root command is the program itself. Returned pointers are valid as
+/// long as the root exists. The root's run() writes the variables, so the variables must outlive it.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -66,17 +67,17 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or path, or an
-  /// optional or vector of these types, as listed in command_line.cpp.
+  /// Adds an option. `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or
+  /// path, or an optional or vector of these types, as listed in command_line.cpp.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about = "");
   Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
-  /// Text below the help.
+  /// Sets the text below the help.
   void footer(const std::string& text);
   void version(const std::string& text);
-  /// Smallest and largest number of subcommands that must be given.
+  /// Sets the smallest and the largest number of subcommands that may be given.
   void expect_commands(int least, int most);
-  /// Sets the command's work, which runs after all options are read. It may throw.
+  /// Sets the work of the command, which runs after all options are read. The work may throw.
   void callback(std::function<void()> work);
   /// Throws Error if one of `options` was given although `needed` (text such as "--view section") was not.
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;

@@ -43,10 +43,10 @@ struct Check {
   std::string id;    // machine-readable name, e.g. "vulkan"
   std::string name;  // name for the user
   State state = State::kOk;
-  std::string found;      // state of the checked item on this machine
+  std::string found;      // state of the item on this machine
   std::string without;    // what does not work while the item is missing; empty if nothing is missing
-  std::string mend;       // a command, or a manual step, that fixes it
-  bool required = false;  // the program cannot run without it, not even offscreen
+  std::string mend;       // a command, or a manual step, that adds the missing item
+  bool required = false;  // true: without this item the program cannot run, not even offscreen
 };
 
 std::string first_line(const fs::path& file) {
@@ -90,7 +90,7 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The library is loaded at run time. Without Vulkan the user then gets this program's message instead of the
+  // The library is loaded at run time. So without Vulkan, the user gets this program's message instead of the
   // loader's.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
@@ -223,7 +223,7 @@ Check clock_speed() {
   return c;
 }
 
-/// Known devices by USB id, as written in the kernel's uevent file.
+/// Known devices by USB id, in the form of the kernel's uevent file.
 struct KnownDevice {
   unsigned vendor, product;  // product 0: any product
   const char* name;
@@ -295,7 +295,7 @@ Check audio() {
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   const QuietStandardError quiet;
-  setenv("JACK_NO_START_SERVER", "1", 1);  // the check must not start a sound server
+  setenv("JACK_NO_START_SERVER", "1", 1);  // otherwise the check would start a sound server
   if (Pa_Initialize() != paNoError) {
     c.state = State::kMissing;
     c.found = "PortAudio does not start";
@@ -356,8 +356,7 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // A bare name is left to the dynamic loader's search; a relative path is relative to the JSON file that contains
-    // it.
+    // A bare name is searched by the dynamic loader. A relative path is relative to the JSON file that contains it.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -77,7 +77,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
       throw Error("--models", "", fmt::format("{} of them", options.models.size()), "two different contact models");
     for (std::size_t i = 0; i < 2; ++i) {
       Scene known = scene;
-      choose_model(known, options.models[i]);  // throws if the model is unknown
+      choose_model(known, options.models[i]);  // throws Error if the model is unknown
       plan.models[i] = options.models[i];
     }
     if (options.observer && options.hand.empty())
@@ -86,7 +86,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   }
   if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
   plan.rule = rule_of(options.staircase);
-  double most = 0;  // largest allowed value of the reference plus the difference
+  double most = 0;  // largest allowed value of reference plus difference
   switch (plan.question) {
     case Question::kStiffness:
       plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);
@@ -117,7 +117,8 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
 
 void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
-  SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);  // another sequence than the trials' order
+  // this seed gives a sequence that differs from the trials' order
+  SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);
   std::optional<ScriptedTouch> touch;
   if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);
   Progress progress("experiment");

@@ -25,8 +25,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClickNoise = 0.5e-3;     // m per axis, of points clicked on a scan and in a CT
-constexpr double kPointSpacing = 0.25e-3;  // m, between the points of the scan that are registered
+constexpr double kClickNoise = 0.5e-3;     // m, standard deviation per axis of points clicked on a scan and in a CT
+constexpr double kPointSpacing = 0.25e-3;  // m, distance between the points of the scan that are registered
 constexpr double kLeastPoints = 2000, kMostPoints = 40000;
 
 struct Arguments {
@@ -125,7 +125,7 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
   nlohmann::ordered_json& fine = j["registration"];
   fine["X_CS"] = {{"translation_mm", {p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre}},
                   {"quaternion_wxyz", {R.w, R.x, R.y, R.z}}};
-  // Rows and columns: rotation vector (rad), translation (mm).
+  // The rows and columns are: rotation vector (rad), translation (mm).
   for (std::size_t row = 0; row < 6; ++row) {
     nlohmann::ordered_json values;
     for (std::size_t column = 0; column < 6; ++column) {

@@ -240,7 +240,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // Report invalid arguments now, before the long work.
+  // Invalid arguments are reported now, before the long work.
   if (a.input.empty() == a.parts.empty())
     throw Error("INPUT", "", a.input.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");

@@ -42,7 +42,7 @@ struct Options {
   bool json = false, hud = false, validate = false;
 };
 
-/// Parses "NX,NY,NZ,OFFSET_MM": tissue with normal · p > offset is kept.
+/// Parses "NX,NY,NZ,OFFSET_MM". The tissue with normal · p > offset is kept.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -54,12 +54,12 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds what a teaching view shows in addition to the surface.
+/// Adds the parts of a teaching view that are shown in addition to the surface.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
     glm::dvec4 plane;
-    if (options.plane.empty()) {  // default plane: through the tooth's middle, facing the viewer
+    if (options.plane.empty()) {  // the default plane passes through the tooth's middle and faces the viewer
       glm::ivec3 lo, hi;
       volume.bounds(lo, hi);
       const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
@@ -84,7 +84,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Colour of a density. Green: no resistance; white: dentin's density; red: 1.5 times dentin's density (S2, Fig. 9).
+/// Colour of a density. Green: no resistance; white: dentin's density; red: 1.5 times dentin's density (paper S2,
+/// Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -101,7 +102,7 @@ std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, co
   std::vector<render::Particle> particles;
   particles.reserve(spheres.size());
   if (spheres.empty()) return particles;
-  // Farther spheres are darker, to show the shape.
+  // Farther spheres are darker, which makes the shape visible.
   constexpr float kFarthest = 0.45f;
   const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
   for (const haptics::ShownSphere& s : spheres) {
@@ -181,8 +182,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver is needed if the picture does not show the volume as it was read: for a moment of a session, or for the
-  // surface of another contact model.
+  // A carver is needed if the picture does not show the volume as it was read. This is so for a moment of a session,
+  // and for the surface of another contact model.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -227,7 +228,7 @@ void run(const Options& options) {
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
                      {"frame", stats_json(drawn)},
-                     // Statistics of a second draw of the same frame: nothing has moved, so nothing is drawn and no
+                     // Statistics of a second frame that is equal: nothing has moved, so nothing is drawn and no
                      // command is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
@@ -269,8 +270,8 @@ void run(const Options& options) {
     render::write_png(out / "screen.png", stage.screen());
     written.push_back((out / "screen.png").string());
   }
-  // Measures the time of a frame within a sequence: draws another frame after the set-up. A small head motion forces a
-  // full redraw.
+  // Measures the time of a frame within a sequence, so another frame is drawn after the set-up. A small head motion
+  // forces a full redraw.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

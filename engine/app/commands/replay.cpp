@@ -1,5 +1,5 @@
-// typodont replay: repeats a recorded session: checks that the result is the same bit for bit, shows it, films it, or
-// applies its hand to another scene.
+// typodont replay: repeats a recorded session. It checks that the result is the same bit for bit, shows the session,
+// films it, or applies its hand to another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -99,7 +99,8 @@ void run(Options options) {
   try {
     if (session::repair_session(options.session))
       log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  } catch (const Error&) {  // not a session (reported below), or a folder that is not writable: read the file as it is
+  } catch (const Error&) {
+    // the file is not a session (reported below), or its folder is not writable, so it is read without repair
   }
   PlaybackOptions& playback = options.playback;
   playback.session = options.session;

@@ -88,7 +88,7 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
                             {"temperature_C", phase.hottest},
                             {"notes_s", notes}});
   }
-  // JSON null means an unknown value.
+  // Converts a value for JSON; null means that the value is unknown.
   const auto known = [](double value, double unit) {
     return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
   };
@@ -152,7 +152,7 @@ void run(const Options& options) {
   progress->at(0.95);
   write_file_atomically(options.out, page, FileKind::kPage);
   progress->at(1);
-  progress.reset();  // end the progress line before other output
+  progress.reset();  // ends the progress line before other output
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();
@@ -160,7 +160,7 @@ void run(const Options& options) {
     const auto tooth = scene.empty() ? std::nullopt : tooth_sides(Json::parse(scene, options.session));
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
-                       {"value", item.value},  // null if nothing could be measured
+                       {"value", item.value},  // JSON null if nothing could be measured
                        {"unit", item.unit},
                        {"target", item.target},
                        {"tolerance", item.tolerance},

@@ -45,9 +45,10 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // number of attempts for a session whose process died
+constexpr int kTries = 2;  // limit of the number of attempts for a session whose process died
 
-/// "task" and "score" of a scene file, which replace those of a recorded scene; empty: keep the recorded rules.
+/// Reads "task" and "score" of a scene file; they replace those of a recorded scene. Empty: the recorded rules are
+/// used.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -67,7 +68,7 @@ Row score(const std::string& file, const std::string& rules) {
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  // JSON stores a value that is not finite as null
+  // JSON stores a value that is not finite as null.
   for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
@@ -85,8 +86,8 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns its exit
-/// status; `said` receives its messages, then its output.
+/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns the
+/// process's exit status; `said` receives its messages, then its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -117,7 +118,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// The last line of the output: the result, or the reason for a failure.
+/// The last line of the output; it contains the result or the reason for a failure.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -125,12 +126,13 @@ std::string last_line(std::string said) {
   return said.starts_with(kError) ? said.substr(kError.size()) : said;
 }
 
-/// Always returns a row; it contains "error" if the session cannot be scored. `rules`: the rules file.
+/// Scores a session and always returns a row. The row contains "error" if the session cannot be scored. `rules`: the
+/// rules file.
 Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // the process died: try again
+    if (!WIFEXITED(status)) continue;  // the process died, so it is started again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }

@@ -23,10 +23,10 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspaces from the manufacturers' data sheets; for a cylindrical workspace, the box inside the cylinder.
+/// Workspace of an arm, from the manufacturer's data sheet; for a cylindrical workspace, the box inside the cylinder.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // width, depth, height
+  dvec3 box_mm;  // mm; width, depth, height
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},
@@ -82,7 +82,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // Round to 0.001 mm, which is finer than any bench is built.
+  // Rounds to 0.001 mm, which is finer than any bench is built.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -122,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// The bench as a rig file; `work` is the position of the work in the scenes.
+/// Makes a rig file of the bench. `work`: position of the work in the scenes.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

@@ -26,7 +26,7 @@ struct Options {
   bool json = false;
 };
 
-/// Balance of the chips' mass in mg; null: the mass is known only on the GPU that moves the chips.
+/// Mass balance of the chips, mg; null: the mass is known only on the GPU that moves the chips.
 nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint64_t cuts_lost) {
   const auto number = [](double kg) {
     return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();

@@ -67,7 +67,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Duration of the hand's path in s; empty for hands that decide at run time when they end.
+/// Duration of the hand's path, s; empty for a hand that decides at run time when it ends.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -81,9 +81,9 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 
 /// Estimates the size of the output before it is written. Throws Error if the disk is too small.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // bytes per row of a table; measured with and without contact
+  constexpr double kBytesPerRow = 280;        // bytes per row of a table, measured with and without contact
   constexpr double kBytesPerTick = 240;       // bytes per tick of a session, compressed
-  constexpr double kWorthSaying = 500 << 20;  // bytes; a larger size is reported to the user
+  constexpr double kWorthSaying = 500 << 20;  // bytes, threshold: a larger size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
   const std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();

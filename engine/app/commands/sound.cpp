@@ -142,7 +142,7 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Find the spindle speed at which the model sounds as in its recording.
+  // Finds the spindle speed at which the model sounds as in its recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
@@ -164,7 +164,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // Without information any speed is valid: the whole recording is assumed to run at this speed.
+    // Without any information, every speed is valid. So the whole recording is assumed to run at this speed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -175,7 +175,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-  } else if (track.states.front().t > 0) {  // the state before the first sample equals the first one
+  } else if (track.states.front().t > 0) {  // the state before the first sample equals the first state
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
   }
@@ -187,7 +187,7 @@ void run_synth(const SynthCommand& c) {
   audio::DrillSynth synth(models, rate, c.seed);
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
   double power = 0, peak = 0;
-  std::size_t states = 0;  // number of states that were heard
+  std::size_t states = 0;  // number of states with audible sound
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");

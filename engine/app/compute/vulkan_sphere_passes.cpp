@@ -28,12 +28,13 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;         // threads per group, the same value as in the shaders
-constexpr std::size_t kMostGroups = 1024;  // limit; with more tissue each thread processes several spheres
-constexpr std::size_t kMostBalls = 2048;   // limit of the number of a tool's spheres
+constexpr std::size_t kGroup = 64;  // number of threads per group, the same value as in the shaders
+// limit of the number of groups; for a larger tissue, each thread processes several spheres
+constexpr std::size_t kMostGroups = 1024;
+constexpr std::size_t kMostBalls = 2048;  // limit of the number of a tool's spheres
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// rounding error of a position, as a fraction of the extent: about a dozen roundings in single precision
+// bound of the rounding error of a position, as a fraction of the extent: about a dozen roundings in single precision
 constexpr double kRounding = 2e-6;
 
 // The layout must equal that of shaders/spheres.glsl.
@@ -226,7 +227,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Add the rounding error of positions and distances in single precision.
+    // Adds the rounding error of positions and distances in single precision.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
@@ -254,7 +255,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // Make this pass's changes visible to the next pass, and its results to the host.
+      // Makes this pass's changes visible to the next pass, and its results to the host.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
@@ -274,7 +275,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      loaded_ = false;  // the list was too short, so some results are lost
+      loaded_ = false;  // the list was too short, so some results are lost, and the tissue must be loaded again
       return false;
     }
     found = {results_.mapped<Result>(sizeof(Head)), head->count};
@@ -291,7 +292,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
   dvec3 origin_{0};   // m, W, origin for positions in single precision
-  double slack_ = 0;  // m, allowance for rounding errors
+  double slack_ = 0;  // m, upper bound of the rounding errors
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

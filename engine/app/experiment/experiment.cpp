@@ -58,7 +58,7 @@ std::string_view words_of(Question question) {
 Experiment::Experiment(const ExperimentPlan& plan) : plan_(plan), staircase_(plan.rule), random_(plan.seed) {
   if (plan_.question == Question::kModel) {
     for (int i = 0; i < plan_.trials; ++i) orders_.push_back(i % 2 == 1);
-    // Shuffle without std::shuffle, whose order differs between standard libraries.
+    // Shuffles without std::shuffle, because its order differs between standard libraries.
     for (std::size_t i = orders_.size(); i > 1; --i) {
       const std::size_t j = random_() % i;
       const bool moved = orders_[i - 1];
@@ -119,7 +119,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // For models, right() is true if the subject chose the second model.
+    // In experiments about models, right() is true if the subject chose the second model.
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

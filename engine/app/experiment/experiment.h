@@ -53,11 +53,11 @@ struct AnsweredTrial {
 
 struct ExperimentPlan {
   Question question = Question::kStiffness;
-  double scene_stiffness = 0;         // N/m, stiffness of the scene's coupling
-  double reference = 0;               // stiffness: N/mm; force: % of the servo's force; delay: ms
+  double scene_stiffness = 0;  // N/m, stiffness of the scene's coupling
+  double reference = 0;  // value of the reference stimulus; stiffness: N/mm; force: % of the servo's force; delay: ms
   std::array<std::string, 2> models;  // the two compared models; only for Question::kModel
   StaircaseRule rule;                 // rule of the staircase; not for Question::kModel
-  int trials = 150;                   // largest number of trials; for models the exact number
+  int trials = 150;                   // limit of the number of trials; for models the exact number
   int turns = 24;                     // number of turns of the staircase after which the experiment ends
   std::uint64_t seed = 1;             // seed of the random order
 };
@@ -68,9 +68,10 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// 0..1, how much is done: of the trials, or of the staircase's turns if that is more.
+  /// 0..1, completed fraction of the experiment: of the trials, or of the staircase's turns if this fraction is
+  /// larger.
   double fraction() const;
-  /// The present trial. It stays the same until answer().
+  /// The present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);
 
@@ -84,7 +85,8 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  std::vector<bool> orders_;  // for models, one value per trial: true if the second model is shown second; balanced
+  // for models, one value per trial: true if the second model is presented second; balanced
+  std::vector<bool> orders_;
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
@@ -94,17 +96,18 @@ struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;    // fitted psychometric function; for all questions except models
-  int turns = 0;                         // number of turns of the staircase
-  double settled_level = 0, target = 0;  // settled level, and its fraction of right answers
-  Estimate chosen;                       // fraction of the answers that chose the second model
+  std::optional<PsychometricFit> fit;  // fitted psychometric function; for all questions except models
+  int turns = 0;                       // number of turns of the staircase
+  // level at which the staircase settled, and the fraction of right answers that belongs to this level
+  double settled_level = 0, target = 0;
+  Estimate chosen;    // fraction of the answers that chose the second model
   double chance = 1;  // probability of these or more uneven answers if the subject felt no difference
   Estimate second;    // fraction of the answers "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);
 
-/// The result as a JSON object, pretty-printed. `log`: name of the file with the trials.
+/// The result as a JSON object, indented. `log`: name of the file with the trials.
 std::string json_of(const ExperimentResult& result, const std::string& log);
 /// The result as text for the terminal.
 std::string words_of(const ExperimentResult& result);

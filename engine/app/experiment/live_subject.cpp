@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.3;  // s, time without contact before the next stimulus
+constexpr double kFree = 0.3;  // s, time without contact that must pass before the next stimulus
 
 /// Reads answers from standard input; never waits.
 class TypedAnswers {
@@ -53,7 +53,7 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  Scene shown;        // the scene with the session's model; the session has a reference to it
+  Scene shown;        // the scene with the session's model; must stay, because the session refers to it
   std::string model;  // the session's contact model
   std::optional<Workbench> bench;
   TypedAnswers typed;

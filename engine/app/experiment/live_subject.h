@@ -21,7 +21,7 @@ class LiveSubject {
     WorkbenchOptions workbench;
     Question question = Question::kStiffness;
     double seconds = 4;     // s, duration of each stimulus
-    double most_delay = 0;  // s, longest delay of any stimulus
+    double most_delay = 0;  // s, limit of the delay of any stimulus
   };
   /// Stores the options; the first ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
@@ -31,8 +31,8 @@ class LiveSubject {
     Answer answer;
     double seconds;  // s, from the question to the answer
   };
-  /// Presents both stimuli and asks for the answer. Returns an empty optional if the session was ended. `of`: the
-  /// number of the trial as text, for example "12 of at most 100".
+  /// Presents both stimuli and asks for the answer. Returns an empty optional if the session ended. `of`: the number
+  /// of the trial as text, for example "12 of at most 100".
   std::optional<Given> ask(const Trial& trial, const std::string& of);
   /// Ends the session. Throws RunFailure if the session failed.
   void stop();

@@ -25,7 +25,7 @@ double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// The number of answers at one difference, and how many of them were "second".
+/// The number of answers at one difference, and the number of those that were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };
@@ -63,8 +63,8 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is a concave function of the
-  /// rate.
+  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is a concave function of
+  /// the lapse rate.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -134,7 +134,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds by bisection the border of `inside` between `in` (inside) and `out` (outside).
+  /// Finds by bisection the border of the region `inside`. `in` lies inside the region, `out` outside.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -166,7 +166,7 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate fraction_of(int chosen, int count) {
-  constexpr double kTail = 0.025;  // probability at each side of the interval
+  constexpr double kTail = 0.025;  // probability beyond each end of the interval
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }

@@ -11,8 +11,8 @@ struct Judgement {
   bool second = false;    // true: the subject judged the second stimulus to be greater
 };
 
-/// P("second") = lapse / 2 + (1 − lapse) Φ((difference − bias) / width), Φ the cumulative Gaussian
-/// (García-Pérez & Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001).
+/// Probability of the answer "second": P = lapse / 2 + (1 − lapse) Φ((difference − bias) / width), where Φ is the
+/// cumulative Gaussian (García-Pérez & Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001).
 struct Psychometric {
   double bias = 0;   // difference at which both answers are equally likely; it measures the effect of the order
   double width = 1;  // standard deviation of the subject's judgement, in the unit of the difference
@@ -24,8 +24,9 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, that end is 0
-/// or infinite for the just-noticeable difference, and the end of the range of differences for the bias.
+/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end
+/// has a fixed value: 0 or infinite for the just-noticeable difference, and the end of the range of differences for
+/// the bias.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };
@@ -38,13 +39,14 @@ struct PsychometricFit {
 
 inline constexpr double kMostLapses = 0.06;  // limit of the lapse rate in the fit (Wichmann & Hill 2001)
 
-/// Fits by maximum likelihood; the intervals come from the profile likelihood (χ² with one degree of freedom). Needs at
-/// least one judgement with a difference other than 0. The bias is limited to the range of the differences. After 80
-/// trials of an adaptive staircase the estimate of the just-noticeable difference is 5 to 10 % too low on average,
-/// which is a known effect (Kaernbach 2001); the interval still contains the true value in 95 % of the cases.
+/// Fits by maximum likelihood; the intervals come from the profile likelihood (χ² with one degree of freedom).
+/// Requires at least one judgement with a difference other than 0. The bias is limited to the range of the
+/// differences. After 80 trials of an adaptive staircase the estimate of the just-noticeable difference is 5 to 10 %
+/// too low on average, which is a known effect (Kaernbach 2001); the interval still contains the true value in 95 %
+/// of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
-/// The fraction chosen / count with its exact 95 % interval (Clopper & Pearson 1934).
+/// The fraction chosen / count, with its exact 95 % interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
 /// Probability that `chosen` of `count` answers, or a more uneven result, occur if both answers are equally likely
 /// (two-sided binomial test).

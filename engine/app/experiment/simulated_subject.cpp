@@ -13,11 +13,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTouched = 0.1;           // fraction of the largest force above which the contact counts as felt
+constexpr double kTouched = 0.1;           // fraction of the largest force; above it, the contact counts as felt
 constexpr double kDelayRange = 1;          // s, limit of a stimulus's delay
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Uniform random number in [0, 1), the same with every standard library.
+/// Uniform random number in [0, 1); the same numbers with every standard library.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
@@ -29,7 +29,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// Difference second − first in percent of the stimulus that is nominally the lesser one.
+/// Difference second − first, in percent of the stimulus that is nominally the lesser one.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }

@@ -39,11 +39,12 @@ struct Felt {
   double delay = 0;      // s, time from the first contact until the force reaches a tenth of its largest value
 };
 
-/// Runs a scripted hand through the real servo for each stimulus, as fast as possible. Nothing is cut. The stimuli of
-/// one model run one after the other in the same servo, as in a live session.
+/// Presents each stimulus to a scripted hand through the real servo, as fast as possible. Nothing is cut. Stimuli
+/// with the same model use the same servo, one after the other, as in a live session.
 class ScriptedTouch {
  public:
-  /// `hand`: HAND.csv or HAND.json; the path must begin and end in the air. `rate`: Hz. Throws Error.
+  /// Prepares the runs. `hand`: HAND.csv or HAND.json; the path must begin and end in the air. `rate`: Hz. Throws
+  /// Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
   /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
@@ -56,7 +57,7 @@ class ScriptedTouch {
   Scene scene_;
   std::string hand_;
   double rate_;
-  std::map<std::string, std::unique_ptr<Loop>> loops_;  // one per contact model
+  std::map<std::string, std::unique_ptr<Loop>> loops_;  // servo and hand for each contact model
 };
 
 }  // namespace typodont

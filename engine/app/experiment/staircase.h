@@ -13,8 +13,8 @@ struct StaircaseRule {
     kWeighted      // the level falls after each right answer, and rises by more after each wrong one (Kaernbach 1991)
   };
   Kind kind = Kind::kTransformed;
-  int down = 2;               // for kTransformed: settles where a fraction of 0.5^(1/down) of the answers is right
-  double weighted_at = 0.75;  // for kWeighted: settles where this fraction of the answers is right
+  int down = 2;  // for kTransformed: the staircase settles where a fraction of 0.5^(1/down) of the answers is right
+  double weighted_at = 0.75;  // for kWeighted: the staircase settles where this fraction of the answers is right
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between levels until the staircase has reversed `coarse` times
@@ -31,7 +31,7 @@ class Staircase {
 
   /// Level of the next trial.
   double level() const { return level_; }
-  /// Takes the answer to the trial at level() and changes the level.
+  /// Processes the answer to the trial at level(), and changes the level.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -44,8 +44,8 @@ class Staircase {
   }
   /// Number of reversals, i.e. changes between rising and falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the last reversals, an even number of them, after the coarse ones; 0 if there are
-  /// too few.
+  /// Geometric mean of the levels at the last reversals after the coarse ones; uses an even number of reversals. 0 if
+  /// there are too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -59,7 +59,7 @@ class Staircase {
 
   StaircaseRule rule_;
   double level_;
-  int in_a_row_ = 0;   // right answers since the level last changed
+  int in_a_row_ = 0;   // number of right answers since the level last changed
   int direction_ = 0;  // direction of the last change: 1 up, -1 down, 0 no change yet
   std::vector<double> turns_;
 };

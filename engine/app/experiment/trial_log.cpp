@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // prefix of the first line, before the plan as JSON
+constexpr std::string_view kPlan = "# plan ";  // prefix of the first line; the plan follows as JSON
 
 /// Names of the columns of a question: the values of the two stimuli, and their difference.
 struct Columns {

@@ -18,7 +18,8 @@ struct TrialLog {
 
 /// The complete table. The first lines begin with '#' and contain the plan.
 std::string table_of(const TrialLog& log);
-/// Replaces the file by the table. If the program is killed, the file still contains the table of the previous trial.
+/// Writes the table to the file, completely or not at all. If the program is killed, the file still contains the
+/// table of the previous trial.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
 /// Reads a log. Throws Error that names file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);

@@ -13,9 +13,9 @@
 namespace typodont {
 
 /// Sets each vertex normal to the field's gradient, so that large triangles are shaded like small ones; the mesher
-/// treats a bend between two large triangles as a crease. At a real crease the gradient is not normal to either side,
-/// so the mesher's normal is kept. `lo`: m, W, origin of the vertices; `step`: m, half the distance for the finite
-/// difference of the gradient.
+/// treats a bend between two large triangles as a crease. At a real crease, the gradient is not perpendicular to
+/// either side, so the mesher's normal is kept. `lo`: m, W, origin of the vertices; `step`: m, half the distance for
+/// the finite difference of the gradient.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
   constexpr float kSameSide = 0.5f;  // cosine; two normals with a smaller cosine belong to different sides of a crease
@@ -42,12 +42,12 @@ template <std::size_t kMeshes, class Distance, class Label>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label) {
-  // These bodies are round. The mesher recognises a crease by a slope of 1, so the field is scaled down until its slope
-  // is below 1 everywhere.
+  // These bodies are round, so their meshes must have no creases. The mesher recognises a crease by a slope of 1; so
+  // the field is scaled down until its slope is below 1 everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below and two above
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // samples: one additional sample below and two above
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z);
   const auto at = [&](const glm::ivec3& i) {
     return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
@@ -94,7 +94,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   return updates;
 }
 
-/// Makes a single mesh with meshes_of_field().
+/// Makes a single mesh by meshes_of_field().
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

@@ -17,12 +17,13 @@ namespace typodont {
 struct CutPlane {
   dvec3 normal;
   double offset;  // m
-  // m, depth of the face inside the kept side, so that clipping keeps the face. The depth must be small: where a
-  // surface inside the body is perpendicular to the plane, a strip of this width is visible in front of the face.
+  // m, depth of the face inside the kept side, so that clipping does not remove the face. The depth must be small:
+  // where a surface inside the body is perpendicular to the plane, a strip of this width is visible in front of the
+  // face.
   double within = 0.2e-6;
 };
 
-/// The tissue with the largest fraction, except air and `except`. Air if there is no such tissue.
+/// The tissue with the largest fraction, except air and `except`; air if no such tissue exists.
 inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
   for (std::size_t t = 1; t < fractions.size(); ++t)
@@ -40,7 +41,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
   const dvec3 v = glm::cross(n, u);  // u × v = n
-  // Find the part of the plane within the box.
+  // Finds the part of the plane within the box.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
     const dvec3 p(corner & 1 ? box_hi.x : box_lo.x, corner & 2 ? box_hi.y : box_lo.y, corner & 4 ? box_hi.z : box_lo.z);
@@ -76,8 +77,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The part of the cell inside the tissue is a polygon: the cell's inner corners, and the points where the
-          // outline crosses its edges, in order.
+          // The part of the cell inside the tissue is a polygon. Its corners are, in order, the cell's inner corners
+          // and the points where the outline crosses the cell's edges.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};

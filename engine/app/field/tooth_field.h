@@ -12,15 +12,16 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// `reach`: m, distance beyond the band up to which outside distances are also available (accurate to a few percent).
+  /// Copies the volume. `reach`: m, distance beyond the band up to which distances outside the tissue are also
+  /// available (accurate to a few percent).
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// m, W: bounds of the surface, including the band around it.
+  /// Bounds of the surface, m, W; they include the band around it.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// m, negative inside. Linear interpolation between samples; band + reach if no surface is near.
+  /// Distance at p, m, negative inside. Interpolated linearly between samples; band + reach if no surface is near.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
   /// Tissue slightly below the surface point nearest to p.

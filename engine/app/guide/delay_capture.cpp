@@ -32,12 +32,12 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// Records one source with arrival times on a thread of its own. The constructor opens the source; recording starts
+/// Records one source, with arrival times, on a thread of its own. The constructor opens the source; recording starts
 /// with begin().
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample, which starts the clock of a hand that has its own clock. Called for all recordings before
+  /// Reads the first sample; this starts the clock of a hand that has its own clock. Called for all recordings before
   /// the first begin(), so that start-up time does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
@@ -64,7 +64,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// Common zero of time for all recordings of a run.
+  /// The common zero of time for all recordings of a run.
   static Nanos zero() {
     static const Nanos began = now();
     return began;

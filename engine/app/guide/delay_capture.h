@@ -12,7 +12,7 @@ struct DelayCaptureOptions {
   std::string hand;  // A: the address of a hand
   std::string with;  // B: another hand's address, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  double seconds = 30;  // s, longest duration; the capture ends earlier if the delay is known to 0.1 ms
+  double seconds = 30;  // s, limit of the duration; the capture ends earlier if the delay is known to 0.1 ms
 };
 
 struct DelayCapture {
@@ -20,8 +20,8 @@ struct DelayCapture {
   calibration::DelayResult result;
 };
 
-/// Prompts on standard output and reports the present estimate every two seconds. Throws Error at set-up, and
-/// RunFailure if a stream ends too early.
+/// Captures the delay. Prints prompts on standard output and reports the present estimate every two seconds. Throws
+/// Error at set-up, and RunFailure if a stream ends too early.
 DelayCapture capture_delay(const DelayCaptureOptions& options);
 
 }  // namespace typodont

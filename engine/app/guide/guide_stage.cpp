@@ -35,7 +35,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on a thread of its own, without force, until a touch is taken from it.
+/// Reads a hand on a thread of its own, without force. The hand's touches are taken from it one by one.
 class GuideHand {
  public:
   struct Press {
@@ -52,7 +52,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // Use the device's own base and tool frames, because their poses on the bench are what is being measured.
+    // Uses the device's own base and tool frames, because their poses on the bench are the result of the measurement.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -67,7 +67,7 @@ class GuideHand {
   bool ended() const { return ended_.load(std::memory_order_acquire); }
   /// Simulates a press of the pedal.
   void press() { asked_ = true; }
-  /// Enables the next press. Presses during the processing of the previous one are ignored.
+  /// Enables the next press. Presses are ignored while the previous press is being processed.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -103,7 +103,7 @@ class GuideHand {
   StillTouch still_;  // detector of touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // owned by the thread that the present state names
+  Press press_;  // belongs to the thread that the present state names
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
@@ -167,7 +167,7 @@ class GuideVoice {
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Parameters for drawing the prompts, from the rig.
+/// Parameters for drawing the prompts; they come from the rig.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -231,7 +231,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    if (!target) return;  // minimised or temporarily lost: retry later
+    if (!target) return;  // the window is minimised, or its surface is temporarily lost; a later call tries again
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
     if (resized || changed_) make_pictures(target->size);
@@ -255,7 +255,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Draws the prompt for both eyes at the size that the compositor copies without scaling.
+  /// Draws the prompt for both eyes, at the size that the compositor copies without scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -284,7 +284,8 @@ class GuideScreen {
   }
 
   void destroy() {
-    vkDeviceWaitIdle(device_.device);  // the frame ring's wait would throw for a lost device
+    // waits for the device here, because the frame ring's wait would throw for a lost device
+    vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
     pictures_.destroy(device_);
@@ -331,11 +332,12 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';  // no valid line is so long
+      // no valid line is so long, so it is ended here
+      if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Inserts lines that were typed elsewhere, to be read next.
+  /// Inserts lines that were typed elsewhere; they are read next.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -344,7 +346,7 @@ class Keyboard {
   bool ended_ = false;
 };
 
-// Parses a line of a touch: "x y z" in millimetres, or six joint angles in radians.
+// Parses the line of a touch: "x y z" in millimetres, or six joint angles in radians.
 std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
   std::vector<double> numbers;
   const char *at = line.data(), *end = line.data() + line.size();
@@ -393,12 +395,12 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      const bool hand_ended = hand_ && hand_->ended();  // read this before the hand's last press is processed
+      const bool hand_ended = hand_ && hand_->ended();  // must be read before the hand's last press is processed
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // Process a touch that was requested by a key before the next key is read.
+      // A touch that was requested by a key is processed before the next key is read.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -487,7 +489,7 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Only the open arm designs have a kinematic model, so only for them the joint angles give the tip's position.
+      // Only the open arm designs have a kinematic model. So only for them, the joint angles give the tip's position.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }

@@ -13,19 +13,19 @@ namespace typodont {
 struct GuideOptions {
   std::filesystem::path rig;   // rig file; its screen and mirror determine how the prompts are drawn
   std::string hand;            // address; empty: touches come only from standard input
-  std::string pedal = "auto";  // "none", or a value as in haptics::HandOptions
-  bool fast = false;           // scripted hands run as fast as possible, and wait for each prompt
+  std::string pedal = "auto";  // as in haptics::HandOptions, or "none"
+  bool fast = false;           // true: scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;
-  bool window = true;             // open a window if there is a hand, a desktop and a build with windows
+  bool window = true;             // opens a window, if there is a hand, a desktop and a build with windows
   int monitor = -1;               // monitor for full screen
-  std::filesystem::path picture;  // a picture is written here before each touch; empty: none
+  std::filesystem::path picture;  // file to which a picture is written before each touch; empty: none
   std::string audio;              // address of the sound output for cues; empty: silent
 };
 
 enum class GuideEnd { kSolve, kSkip, kStop };
 
 /// Runs the step of `guide` until it has its touches or the user ends it. Every touch is written to disk before the
-/// next prompt. If `device` is not null, it receives the hand's model and serial number, or an empty text without a
+/// next prompt. `device`, if not null, receives the hand's model and serial number, or an empty text if there is no
 /// hand. Throws Error at set-up, and RunFailure if the hand disappears before the step is done.
 GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options, std::string* device = nullptr);
 

@@ -18,7 +18,8 @@ namespace typodont {
 
 namespace {
 
-/// Motion of the hand along a leg. Tolerances, leads and forces apply to work on a tooth; ExpertGrip scales them.
+/// Motion of the hand along a leg. Tolerances, leads and forces are those for work on a tooth; ExpertGrip scales them
+/// for other sizes.
 struct Lead {
   static constexpr double travel_pace = 60e-3;  // m/s, pace through the air
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
@@ -27,35 +28,38 @@ struct Lead {
   static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
   // Tolerances between the tool and the wanted position.
-  static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted position of a cut advances
-  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which the wanted position advances
-  static constexpr double there = 0.01e-3;    // m, distance to the stroke's end at which a cut is finished
+  static constexpr double ahead = 0.06e-3;  // m, limit of the distance at which the wanted position of a cut advances
+  // m, limit of the distance from the line at which the wanted position advances
+  static constexpr double beside = 0.022e-3;
+  static constexpr double there = 0.01e-3;  // m, distance to the stroke's end at which a cut is finished
   static constexpr double near_line =
-      0.03e-3;                           // m, largest distance from the line in a pass that finishes an edge's run
-  static constexpr int most_times = 3;   // limit of the passes back along a run of an edge
-  static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
+      0.03e-3;                           // m, limit of the distance from the line in a pass that finishes an edge's run
+  static constexpr int most_times = 3;   // limit of the number of passes back along a run of an edge
+  static constexpr double patience = 3;  // s, time without progress after which the hand leaves a stroke
   // The hand leads the wanted position by a gain times the tool's error; the coupling turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, lag of the hand
   static constexpr double gain = 50;             // gain of a cut
-  static constexpr double steady_gain = 1.5;  // limit of the gain, in reaction times per tick: a higher one oscillates
-  static constexpr double scrape_gain = 30;   // gain of an edge in soft filling
+  // limit of the gain, in reaction times per tick; a higher gain oscillates
+  static constexpr double steady_gain = 1.5;
+  static constexpr double scrape_gain = 30;           // gain of an edge in soft filling
   static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
-  // The lead of a cut is limited. The limit is adjusted until the push equals the wanted force, because the lead for a
-  // force depends on the tissue. Forces are fractions of the task's mean force, lengths are fractions of the lead for
-  // that force. `rough_force` is for the bulk if another tool makes the finish.
+  // The lead of a cut is limited. The limit is adjusted until the push equals the wanted force, because the lead for
+  // a force depends on the tissue. Forces are given as fractions of the task's mean force, lengths as fractions of
+  // the lead for that force. `rough_force` is used for the bulk if another tool makes the finish.
   static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
-  static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
+  static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the limit
 };
 
 /// Parameters for joining strokes to legs.
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          turn = 0.3;  // cosines between two strokes; above straight_on: full pace
-  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;  // m/s, pace between the cosines, and below both
-  static constexpr double no_gap = 1e-6;                        // m; strokes with a smaller gap are continuous
-  static constexpr double longest_run = 3e-3;                   // m, longest run of an edge
-  static constexpr double joined = 0.6e-3;        // m; strokes with a smaller gap are joined without lifting
+                          turn = 0.3;  // cosines of the angle between two strokes; above straight_on: full pace
+  // m/s, pace for angles between the two cosines, and pace for sharper turns
+  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
+  static constexpr double no_gap = 1e-6;          // m, threshold: strokes with a smaller gap are continuous
+  static constexpr double longest_run = 3e-3;     // m, limit of the length of an edge's run
+  static constexpr double joined = 0.6e-3;        // m, threshold: strokes with a smaller gap are joined without lifting
   static constexpr double hop = 0.5e-3;           // m, clearance above the highest obstacle between two strokes
   static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must clear obstacles too
   static constexpr double beside = 0.3e-3;        // m, lateral clearance to obstacles
@@ -63,7 +67,8 @@ struct Joining {
   static constexpr double run_up = 0.6;           // s, time in which the drill reaches its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to be larger in the same ratio.
+/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, the work is assumed to be larger in the
+/// same ratio.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -76,53 +81,61 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
   return grip;
 }
 
-/// Choice and order of the cutting tools.
+/// Parameters for the choice and the order of the cutting tools.
 struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
-                          most_pass = 0.3e-3;  // distance of passes: in diameters, and its bounds in m
-  // m, depth to which an edge may reach into tissue that must stay. It is negative, because enamel would carry the push
-  // of an edge that touches it, and the filling beside the enamel would hardly be cut.
+                          most_pass = 0.3e-3;  // distance of passes as a fraction of the diameter, and its bounds in m
+  // m, depth to which an edge may reach into tissue that must stay. The value is negative: if the edge touched
+  // enamel, the enamel would carry the push, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may reach into tissue that must stay
-  // The widest tool is taken, because it is the fastest, among those that remove at least the fraction 1 -
+  // The program takes the widest tool, because it is the fastest, among those that remove at least the fraction 1 -
   // tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
-  static constexpr double hardly_less = 0.7;     // a tool that leaves less than this fraction makes the finish instead
+  static constexpr double same_width = 0.01e-3;  // m, tolerance: widths that differ by less count as equal
+  // threshold: a tool that leaves less than this fraction of the other tool's remainder makes the finish instead
+  static constexpr double hardly_less = 0.7;
   // The next tool must leave less than the fraction needed_reduction of the present error, and must reduce it by at
   // least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// Filling is put down in portions. A portion is a dome that grows from the surface point nearest to the instrument's
-/// free end.
+/// Parameters of filling. Filling is added in portions. A portion is a dome that grows from the surface point nearest
+/// to the instrument's free end.
 struct Filling {
-  static constexpr double hop_over = 0.3e-3;  // m above the tissue, on the way to the next portion
-  static constexpr double grid = 0.15e-3;     // m between the places that are evaluated
+  static constexpr double hop_over = 0.3e-3;  // m, height above the tissue on the path to the next portion
+  static constexpr double grid = 0.15e-3;     // m, distance between the positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
   static constexpr double trusted = 0.7;  // fraction of the free distance by which an instrument is lowered in one step
   static constexpr double free = 0.1;     // voxels, clearance between the instrument and the tissue
-  static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
+  // height and radius of a portion, as fractions of the fill's reach
+  static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      0.8;  // instrument radii, largest height above the floor; at larger heights the wall is nearer
+      0.8;  // limit of the height above the floor, in instrument radii; at larger heights the wall is nearer
   static constexpr double near_wall = 0.2e-3,
-                          nudge = 0.02e-3;  // m: an instrument within near_wall of a wall moves to it in steps of nudge
-  static constexpr double rise = 0.3e-3;    // m, step of an instrument that fills its own hole
+                          // m: if the instrument is nearer than near_wall to a wall, it moves to the wall in steps of
+                          // nudge
+      nudge = 0.02e-3;
+  static constexpr double rise = 0.3e-3;    // m, step by which an instrument rises while it fills its own hole
   static constexpr double head_free = 0.5;  // voxels, clearance between the dome and the instrument
-  static constexpr double one_surface = 0.5;  // a point with a smaller slope of the field lies midway between surfaces
+  // threshold: a point with a smaller slope of the field lies midway between surfaces
+  static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
-                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour, by pass
+                          // m, limit of the height of the instrument's end above the contour, by pass
+      overfill = 0.4e-3;
   // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
   // excess is carved away later: `carved_again`, and `overfilled` in the second pass. On the enamel beside the cavity
   // an edge hardly removes the excess, so the cost is high: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  static constexpr double rim = 1;         // voxels below the contour, where cavity and enamel are distinguished
-  static constexpr double layer = 0.4e-3;  // m above the lowest missing voxel; filling above that height gains nothing
-  static constexpr double whole_voxel = 0.9;        // voxels by which a dome must pass a voxel's centre to fill it
+  static constexpr double rim = 1;  // voxels, distance below the contour at which cavity and enamel are distinguished
+  // m, height above the lowest missing voxel up to which filling counts as a gain
+  static constexpr double layer = 0.4e-3;
+  // voxels, distance by which a dome must enclose a voxel's centre to fill the voxel
+  static constexpr double whole_voxel = 0.9;
   static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: the volume filled in one tick
-  static constexpr int at_once = 1;                 // portions per plan
+  static constexpr int at_once = 1;                 // number of portions per plan
   // A portion is abandoned after `longer` times its nominal time, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
@@ -131,9 +144,10 @@ struct Filling {
 struct Rounds {
   // Another round of cutting is planned only if the last one at least halved the error.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;             // rounds of cutting
-  static constexpr double least_layer = 0.01e-9;  // m³, smallest useful layer of filling
-  static constexpr int most_vain = 3;             // consecutive smaller layers before the next instrument
+  static constexpr int most_cuts = 4;             // limit of the number of rounds of cutting
+  static constexpr double least_layer = 0.01e-9;  // m³, limit: a layer with less filling counts as useless
+  // limit of the number of consecutive useless layers; then the next instrument is taken
+  static constexpr int most_vain = 3;
 };
 
 /// Volume by which the tissue differs from the ideal, m³.
@@ -202,7 +216,8 @@ class Terrain {
       }
     }
   }
-  /// The greatest height (m along the axis) within `beside` of the line from a to b, seen along the axis.
+  /// The greatest height (m along the axis) of tissue that lies, seen along the axis, within `beside` of the line
+  /// from a to b.
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -238,7 +253,7 @@ class Terrain {
 
 class Plan {
  public:
-  /// `filled`: positions of all portions so far; the plan adds its own.
+  /// Begins a plan. `filled`: positions of all portions so far; the plan adds its own positions.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -265,7 +280,7 @@ class Plan {
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
-      now.before = now.after;  // strokes are planned for the present tissue
+      now.before = now.after;  // the strokes are planned for the present tissue
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -305,8 +320,8 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling with instrument number `coarser`, counted from the finest; plans nothing if no portion
-  /// gains. `over`: overfills: the instrument may be higher above the contour, and excess costs less.
+  /// Plans portions of filling with instrument number `coarser`, counted from the finest. The plan is empty if no
+  /// portion gains. `over`: the instrument may be higher above the contour, and excess filling costs less.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -330,7 +345,8 @@ class Plan {
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size);
   }
-  /// `bulk_force`: push of the strokes of the bulk, relative to the task's mean force.
+  /// Appends the legs for some strokes. `bulk_force`: push of the bulk's strokes, as a fraction of the task's mean
+  /// force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of the consecutive strokes of an edge
     for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -349,7 +365,7 @@ class Plan {
     }
     lift();
   }
-  /// Pace at the transition from one stroke to the next, m/s.
+  /// Pace at the transition from one stroke to the next stroke, m/s.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -372,7 +388,7 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// Moves to the position above `to`, over all obstacles on the way. `lifts`: first moves straight up from the last
+  /// Moves to the position above `to`, over all obstacles on the path. `lifts`: first moves straight up from the last
   /// position.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
@@ -411,7 +427,7 @@ class Plan {
     const haptics::Tool& tool;
     dquat R_WT;
     dvec3 u, v, w;             // the instrument's axes in W
-    double half;               // m from the head's centre to its free end
+    double half;               // m, distance from the head's centre to its free end
     std::vector<dvec3> head;   // m, points on the head's surface in W, relative to its centre
     haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
@@ -432,9 +448,9 @@ class Plan {
     Pose X_WT;
     dvec3 center;  // m, centre of the dome
     // excess[k]: cost of the unwanted filling of a dome with a radius of k + 1 voxels. wanted: for each k, the number
-    // of wanted voxels that this dome fills up to each level.
+    // of wanted voxels that this dome fills up to each height level.
     std::vector<double> excess, wanted;
-    double lowest = 0, step = 0;  // m along the axis: height of the lowest level, distance of levels
+    double lowest = 0, step = 0;  // m along the axis: height of the lowest level, and distance between levels
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
@@ -461,8 +477,9 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // already filled by a portion of this plan
-      double radius = 0;                                             // voxels
+      // this voxel is already filled by a portion of this plan
+      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
+      double radius = 0;  // voxels
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
       const Portion portion = *best;
@@ -534,8 +551,8 @@ class Plan {
   }
 
   /// The portion that fills q (voxels) with the greatest gain, and its radius (voxels); null if no portion gains. The
-  /// gain is the wanted volume up to the layer above q, minus the cost of excess. Higher filling gains nothing, because
-  /// it would block the instrument.
+  /// gain is the wanted volume up to the layer above q, minus the cost of excess filling. Filling above this layer
+  /// gains nothing, because it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -574,7 +591,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// A grid of spots over the missing voxels.
+  /// A grid of positions of the instrument over the missing voxels.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -602,7 +619,8 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    const auto room = [&](double c) {  // voxels between instrument and tissue, minus the clearance; 0: too close
+    // voxels, distance between instrument and tissue minus the clearance; 0: too close
+    const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
         least = std::min(least, layer.after.sample(layer.frame.to_voxels(at(c) + p)) - Filling::free);
@@ -618,10 +636,10 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // The distance gives the number of further steps without contact.
+      // The distance determines by how many steps the instrument can move down without contact.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Move the instrument to a near wall: a slit between instrument and wall would stay open.
+    // Moves the instrument to a near wall, because a slit between instrument and wall would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -643,8 +661,8 @@ class Plan {
   }
 
   /// The portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is where the servo
-  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end. Empty
-  /// if no surface is within reach of the end.
+  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end.
+  /// Returns no value if no surface is within reach of the end.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -665,7 +683,7 @@ class Plan {
     return portion;
   }
 
-  /// Distance in m from p (voxels) down to the tissue, at most the instrument's reach.
+  /// Distance from p (voxels) down to the tissue, m, limited to the instrument's reach.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -747,12 +765,12 @@ class Plan {
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue, height for travel
+  double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue; height for travel
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
   double force_ = 0;  // N, push of the next cuts
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // true: overfill the contour
+  bool over_ = false;  // true: this plan overfills the contour
 };
 
 }  // namespace
@@ -771,13 +789,13 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // An instrument with a longer reach fills what the finer one could not reach.
+  // If the finer instrument could not reach a place, an instrument with a longer reach fills it.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Fill again after the first carving: overfill the places that are still open; the excess is carved later.
+    // Fills again after the first carving: overfills the places that are still open. The excess is carved later.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     useless_layers_ = 0;
@@ -945,7 +963,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // Soft tissue needs more lead for the same force: adjust the limit until the push is the leg's force.
+  // In soft tissue, the same force requires more lead. So the limit is adjusted until the push equals the leg's
+  // force.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ =

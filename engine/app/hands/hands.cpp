@@ -27,7 +27,7 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
   if (!choice.hand.empty()) {
-    // The colon of a scheme is optional: "mouse" means "mouse:".
+    // The colon of a scheme is optional: "mouse" is the same as "mouse:".
     for (const haptics::Driver& driver : haptics::drivers())
       if (choice.hand == driver.scheme) return choice.hand + ":";
     return choice.hand;
@@ -112,8 +112,8 @@ void add_window_drivers() {
   xr.hardware = false;
   xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
   xr.find = [] {
-    // Files in which the loader looks up the active runtime (OpenXR loader specification); covers only the simple
-    // cases.
+    // Files in which the loader looks up the active runtime (OpenXR loader specification). Only the simple cases are
+    // covered.
     std::vector<std::filesystem::path> places;
     if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
     if (const char* home = std::getenv("XDG_CONFIG_HOME"))
@@ -165,14 +165,15 @@ void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record) {
-  enter_realtime({.priority = 78, .core = -1, .lock_memory = false});  // lower priority than the drilling hand
+  // the priority is lower than that of the drilling hand
+  enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     hand.write(dvec3(0), dvec3(0));  // arms report positions only to a program that sends forces
     wiring.mouth_mirror.publish(held(mirror, sample.X_WT));
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     if (record && zero != 0) {
-      sample.t = now() - zero;  // use the session's clock instead of the device's
+      sample.t = now() - zero;  // uses the session's clock instead of the device's clock
       wiring.left_to_recorder.push(sample);
     }
   }

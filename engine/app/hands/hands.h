@@ -24,7 +24,7 @@ struct HandChoice {
 
 struct Hands {
   std::unique_ptr<haptics::HapticDevice> right;
-  std::unique_ptr<haptics::HapticDevice> left;  // holds the mouth mirror; null: there is no second hand
+  std::unique_ptr<haptics::HapticDevice> left;  // device that holds the mouth mirror; null: no second hand
 };
 
 /// Creates a hand that belongs to a window or a headset, from the scheme and the rest of an address, for example
@@ -37,8 +37,8 @@ std::string hand_address(const HandChoice& choice, const display::DisplayRig* ri
 /// Opens the hands for `choice`. `window` creates the hands that belong to a window or headset, or throws. Throws
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error if a device with motors is used and the system refuses SCHED_FIFO, because other programs could delay
-/// the servo and the motor would continue with old forces. Set-up time, before the first force.
+/// Throws Error if a device with motors is used and the system refuses SCHED_FIFO: other programs could then delay
+/// the servo, and the motors would continue with old forces. Set-up time, before the first force.
 void require_real_time(const Hands& hands);
 /// Describes a device for --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
@@ -64,7 +64,7 @@ class LoopStatistics {
   Nanos published_ = 0;
 };
 
-/// Filters the pedal: it counts as released during an emergency stop, and after the stop until the user has released it
+/// Filters the pedal. It counts as released during an emergency stop; after the stop, until the user has released it
 /// once. Servo thread.
 class PedalInterlock {
  public:
@@ -82,7 +82,8 @@ class PedalInterlock {
 /// of contact.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
-/// Thread of the second hand, whose pose is that of the mouth mirror. `mirror`: the scene's mouth mirror.
+/// The loop of the second hand's thread. The pose of this hand is that of the mouth mirror. `mirror`: the scene's
+/// mouth mirror.
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);
 
 }  // namespace typodont

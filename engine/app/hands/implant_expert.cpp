@@ -16,21 +16,21 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry for a change of the tool
-constexpr double kNear = 2.0e-3;        // m, height above the entry below which the hand moves slowly
+constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry at which the tool is changed
+constexpr double kNear = 2.0e-3;        // m, height above the entry; below it the hand moves slowly
 constexpr double kTravel = 20e-3;       // m/s, speed in the air
 constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m, distance that is smoothed on each side of the axis
 constexpr double kSweepBelow = 0.1e-3;  // m, depth of the hand below the wanted ridge, because the bur yields
-constexpr double kSweepApart = 0.7e-3;  // m, distance between the smoothing bur's strokes
+constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N, forces of the phases
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), change of the lead per error of the force
+constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate at which an error of the force changes the lead
 constexpr double kMostLead = 3e-3;        // m, limit of the lead
-constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back
-constexpr double kPull = 2e-3;            // m by which the drill is pulled back
-constexpr double kHot = 42, kCool = 40;   // °C: the hand lifts the tool at kHot and continues at kCool
-constexpr double kClear = 0.5e-3;         // m, height above the plan's entry at which no bur touches its pit
+constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
+constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back
+constexpr double kHot = 42, kCool = 40;   // °C: the hand lifts the tool at kHot, and continues at kCool
+constexpr double kClear = 0.5e-3;         // m, height above the plan's entry at which a bur no longer touches its pit
 constexpr double kSlowFrom = 0.3e-3;      // m, distance to the wanted depth at which the hand slows down
 constexpr double kPatience = 200;         // s, limit of the time in a stage
 
@@ -86,7 +86,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True from the time when the bone is hot until it has cooled down.
+/// True from the moment when the bone is too hot until it has cooled down.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -106,8 +106,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Move to and fro over the ridge, with the bur's lowest point at the plan's entry. Lift the bur while the bone is
-      // hot.
+      // Moves to and fro over the ridge, with the bur's lowest point at the plan's entry. Lifts the bur while the
+      // bone is hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -142,7 +142,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
     case ImplantAction::kDrill:
       break;
   }
-  // Pull the drill back from time to time, so that the bone cools.
+  // Pulls the drill back from time to time, so that the bone cools.
   const bool hot = must_cool();
   if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
     pulling_ = true;
@@ -195,7 +195,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap moves out only while its thread turns back.
+      // A tap moves out only while its thread turns backwards.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
       if (held) {
         sample.pedal = -1;

@@ -1,4 +1,4 @@
-// A hand that does all phases of an implant procedure: "--hand expert:" in scenes with an "implant" block.
+// A hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant" block.
 #pragma once
 
 #include <memory>
@@ -23,14 +23,14 @@ class ImplantExpert final : public haptics::HapticDevice {
   /// Receives the servo's tick for the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// Name of the phase that the hand gave up because it took too long; empty: none.
+  /// Name of the phase that the hand stopped because it took too long; empty: none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// Depth of the tip in m below the plan's entry, along the plan's axis.
+  /// Depth of the tip below the plan's entry, along the plan's axis, m.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -58,7 +58,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   bool gave_up_ = false;
 };
 
-/// Creates an ImplantExpert for a live session: it follows the clock, and does not move during an emergency stop.
+/// Makes an ImplantExpert for a live session. It follows the clock, and does not move during an emergency stop.
 std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

@@ -65,8 +65,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal up while the planner makes the next
-  /// plan. Returns false if the next plan is empty. Servo thread.
+  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal released while the planner makes the
+  /// next plan. Returns false if the next plan is empty. Servo thread.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -97,7 +97,7 @@ class LiveExpert final : public haptics::HapticDevice {
       made_.push_back(std::make_unique<Legs>());
       try {
         *made_.back() = expert_.plan(*tissue);
-      } catch (const std::exception& e) {  // the empty plan then ends the session
+      } catch (const std::exception& e) {  // the plan stays empty, and an empty plan ends the session
         log::warn("the expert cannot go on: {}", e.what());
       }
       plans_.push(made_.back().get());
@@ -107,14 +107,14 @@ class LiveExpert final : public haptics::HapticDevice {
   Wiring& wiring_;
   const bool paced_;
   Expert expert_;    // used by the planner thread once it runs
-  ExpertHand hand_;  // used by the servo thread, like all members down to waits_
+  ExpertHand hand_;  // used by the servo thread, like all members from here to waits_
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
   bool waits_ = false;                       // true until the planner has made the next plan
-  std::atomic<bool> asked_{false};           // SERVO → PLANNER
-  Ring<Legs*> plans_{2};                     // PLANNER → SERVO
+  std::atomic<bool> asked_{false};           // request from the servo thread to the planner thread
+  Ring<Legs*> plans_{2};                     // channel from the planner thread to the servo thread
   std::vector<std::unique_ptr<Legs>> made_;  // all plans, freed at the session's end; used by the planner thread
   std::jthread planner_;
 };

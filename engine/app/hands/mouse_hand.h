@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// Parses the text after "mouse:" in an address: mm per notch of the wheel; "" means the default. Returns m. Throws
+/// Parses the text after "mouse:" in an address: mm per notch of the wheel; "" is the default. Returns m. Throws
 /// Error.
 double wheel_step_of(const std::string& text);
 
@@ -24,9 +24,9 @@ class Pointer {
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
   /// Updates the rig after the picture has changed its shape.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
-  /// `t`: time of this input, on any steady clock.
+  /// Computes the hand from the window's input. `t`: time of this input, on any steady clock.
   haptics::HandSample follow(const display::UserInput& input, Nanos t);
-  /// m per notch; the keys Page up and Page down double and halve it.
+  /// Motion per notch of the wheel, m; the keys Page up and Page down double and halve it.
   double wheel_step() const { return wheel_step_; }
 
  private:
@@ -61,7 +61,7 @@ class PointerSmoothing {
   double fraction_;  // fraction of the distance to `wanted` that remains after one call
 };
 
-/// Servo thread: reads the published pointer at `rate` and smooths it.
+/// Makes the hand for the servo thread: it reads the published pointer at `rate` and smooths it.
 std::unique_ptr<haptics::HapticDevice> make_mouse_hand(Wiring& wiring, const Pose& start, double rate);
 
 }  // namespace typodont

@@ -15,8 +15,8 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;    // m/s, speed in the air
 constexpr double kExploreSpeed = 4e-3;    // m/s, speed over the surface while exploring
-constexpr double kExplorePress = 0.5e-3;  // m, depth of the hand below the surface; determines its force
-constexpr double kExplored = 3.0e-3;      // m, distance explored to both sides of the lesion's middle
+constexpr double kExplorePress = 0.5e-3;  // m, depth of the hand below the surface; it determines the hand's force
+constexpr double kExplored = 3.0e-3;      // m, distance that is explored on both sides of the lesion's middle
 
 /// Middle of the caries' topmost slice perpendicular to z.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {

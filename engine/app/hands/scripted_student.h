@@ -17,7 +17,7 @@ class Student {
 
   /// `tissue`: the scene's initial tissue. Throws Error if it contains no caries or the scene's task has no ideal.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
-  /// Gets the next sample; `now` is the present tissue. False at the end.
+  /// Gets the next sample. `now`: the present tissue. Returns false at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
   /// Receives the tick that resulted from the last sample.
   void see(const ServoTick& tick) noexcept;

@@ -15,32 +15,35 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;        // voxels that a head may reach into the ideal; equals the field's error
-constexpr double kGrid = 0.1e-3;       // m between evaluated positions
-constexpr double kLayer = 0.5;         // distance between two layers of the bulk, in diameters
-constexpr double kRow = 0.6;           // distance between two rows of a layer, in diameters
-constexpr double kSameLevel = 10e-6;   // m; heights that differ by less belong to one floor
-constexpr double kLeastFlat = 0.1e-6;  // m², smallest area of a floor whose walls get a pass
-constexpr double kFlatShare = 0.02;    // smallest floor area as a fraction of the head's cross-section
+constexpr double kClear = 0.05;   // voxels, depth to which a head may reach into the ideal; equals the field's error
+constexpr double kGrid = 0.1e-3;  // m, distance between evaluated positions
+constexpr double kLayer = 0.5;    // distance between two layers of the bulk, in diameters
+constexpr double kRow = 0.6;      // distance between two rows of a layer, in diameters
+constexpr double kSameLevel = 10e-6;   // m, tolerance: heights that differ by less belong to one floor
+constexpr double kLeastFlat = 0.1e-6;  // m², lower limit of the area of a floor whose walls get a pass
+constexpr double kFlatShare = 0.02;    // lower limit of the floor area, as a fraction of the head's cross-section
 // distance between the end of a row and a wall, in diameters; the wall has a pass of its own
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
-constexpr double kLeastTaken = 0.05;      // voxels; thinner tissue gets no pass
-constexpr double kOnLine = 2e-6;          // m; a point closer than this to the line between its neighbours is omitted
-constexpr double kBridged = 0.4e-3;       // m, longest piece of a pass through the air without lifting
-constexpr double kStraight = 3e-3;        // m; longer connections between passes lead over the tissue
-constexpr double kHop = 0.3e-3;           // m between the heights that are tried for a connection
-constexpr double kRamp = 0.8e-3;          // m, smallest length of a row that is entered on a ramp
-constexpr double kSteep = 2;              // slope at which a floor is split into pieces
-constexpr double kAlongShank = 6e-3;      // m, length of the shank, from the head, that is checked for contact
-constexpr double kDown = 0.1e-3;          // m, step of the search down a column
-constexpr double kFloorOfColumn = 1e-6;   // m, resolution of a column's lowest position
+constexpr double kLeastTaken = 0.05;      // voxels, threshold: thinner tissue gets no pass
+// m, tolerance: a point closer than this to the line between its neighbours is omitted
+constexpr double kOnLine = 2e-6;
+// m, limit of the length of a piece of a pass that leads through the air without lifting
+constexpr double kBridged = 0.4e-3;
+constexpr double kStraight = 3e-3;       // m, threshold: longer connections between passes lead over the tissue
+constexpr double kHop = 0.3e-3;          // m, distance between the heights that are tried for a connection
+constexpr double kRamp = 0.8e-3;         // m, lower limit of the length of a row that is entered on a ramp
+constexpr double kSteep = 2;             // threshold of the slope at which a floor is split into pieces
+constexpr double kAlongShank = 6e-3;     // m, length of the shank, from the head, that is checked for contact
+constexpr double kDown = 0.1e-3;         // m, step of the search down a column
+constexpr double kFloorOfColumn = 1e-6;  // m, resolution of a column's lowest position
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kFieldErrorLimit = 1;  // voxels, error limit of the distance field far from the surface
-constexpr std::size_t kTogether = 12;   // size of a group of points that are tested one by one near the ideal
-constexpr int kBisectionSteps = 7;      // bisection steps between two grid positions
+constexpr double kFieldErrorLimit = 1;  // voxels, limit of the distance field's error far from the surface
+// limit of the size of a group of points that are tested one by one near the ideal
+constexpr std::size_t kTogether = 12;
+constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
 
-/// Plans the strokes. Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the
+/// Plans the strokes. A position of the head's centre is (a, b, c): m along the axes u, v and w; w points out of the
 /// opening.
 class StrokePlanner {
  public:
@@ -79,8 +82,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Cut the edges between walls and floor first, then the walls from below: the side of a long head cuts a steep wall
-    // in one pass.
+    // Cuts the edges between walls and floor first, then the walls from below: the side of a long head cuts a steep
+    // wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -102,7 +105,7 @@ class StrokePlanner {
     double radius = 0;
     std::vector<dvec3> points;
   };
-  /// Halves the points across their longest side until each group is small.
+  /// Divides the points across their longest side until each group is small.
   static std::vector<Points> grouped(std::vector<dvec3> points) {
     if (points.empty()) return {};
     dvec3 lo = points.front(), hi = lo;
@@ -236,7 +239,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// The chain without points that lie on the line between their neighbours.
+  /// Returns the chain without points that lie on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -307,7 +310,7 @@ class StrokePlanner {
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // begin at a point that removes nothing, so that no piece is split
+    if (closed) {  // begins at a point that removes nothing, so that no piece is split
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -438,7 +441,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        if (crossed.size() == 4) {  // two lines, each around an outside corner
+        if (crossed.size() == 4) {  // two lines cross this cell, each around an outside corner
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
           join(crossed[first ? 2 : 1], crossed[first ? 3 : 2]);
@@ -538,7 +541,7 @@ class StrokePlanner {
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that remains after the strokes so far
+  session::DenseField left_;  // tissue that remains after the strokes up to now
   dquat R_WT_;
   glm::dmat3 axes_;          // columns u, v, w
   double step_;              // m, distance between passes

@@ -11,14 +11,14 @@ namespace typodont {
 
 namespace {
 
-// s, time constant of the smoothing: 90 positions per second then feel continuous
+// s, time constant of the smoothing, with which 90 positions per second feel continuous
 constexpr double kFollowTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after tracking has returned
-// m/(s·N), admittance of a lost hand: it yields to the force, which fades within 50 ms at 1 N/mm
+// m/(s·N), admittance of a lost hand: the hand yields to the force, which fades within 50 ms at 1 N/mm
 constexpr double kLostHandAdmittance = 0.02;
 constexpr double kMostLostHandSpeed = 0.05;  // m/s, highest speed with which the hand yields
-constexpr double kReleased = 0.1;            // trigger position below which it counts as released
-constexpr Nanos kStale = 150'000'000;        // ns; with an older sample the hand counts as lost
+constexpr double kReleased = 0.1;            // trigger position, threshold: below it the trigger counts as released
+constexpr Nanos kStale = 150'000'000;  // ns, limit of a sample's age; with an older sample the hand counts as lost
 
 class XrHand : public haptics::HapticDevice {
  public:
@@ -34,7 +34,7 @@ class XrHand : public haptics::HapticDevice {
     if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
     const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
     sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
-    return true;  // the servo ends the session
+    return true;  // read() always succeeds; the servo ends the session
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
   std::uint32_t faults() const noexcept override { return filter_.lost() ? bits(Fault::kDeviceLost) : 0; }

@@ -1,5 +1,5 @@
-// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool freezes and
-// yields to the force, which fades. When tracking returns, the tool moves to the hand, and drills only after the
+// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and
+// then yields to the force, which fades. When tracking returns, the tool moves to the hand; it drills only after the
 // trigger was released once.
 #pragma once
 
@@ -14,7 +14,8 @@ namespace typodont {
 class XrHandFilter {
  public:
   explicit XrHandFilter(const Pose& start) : pose_(start), from_(start) {}
-  /// `seen`: the controller is tracked now. `f_T_W`: the servo's force of the last tick, N.
+  /// Returns the hand's next sample. `seen`: the controller is tracked now. `f_T_W`: N, force of the servo in the
+  /// last tick.
   haptics::HandSample next(const XrHandSample& wanted, bool seen, const dvec3& f_T_W, Nanos t, double dt) noexcept;
   bool lost() const noexcept { return lost_; }
 

@@ -33,18 +33,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kFadeTime = 0.25;  // s in which a tool without tracking becomes half transparent, and opaque again
+// s, time in which a tool without tracking becomes half transparent, and later opaque again
+constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most
+constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
 constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
 constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
-// Limits for a controller's tip and an arm's tip to count as still.
+// Limits for a controller's tip and an arm's tip: with less motion, the tip counts as still.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;  // s, limit of a frame's duration; enough for the slowest CPU
+constexpr double kLongestFrame = 20;  // s, limit of a frame's duration; the slowest CPU stays below it
 constexpr double kLeaveTime = 2;      // s, time that the runtime gets to end the session
 
-/// Vibration of the controller: its amplitude depends on the force on the hand, its frequency on the drill's speed. The
-/// frequency is far below the spindle's, which no controller can produce.
+/// Vibration of the controller. Its amplitude depends on the force on the hand, its frequency on the drill's speed.
+/// The frequency is far below that of the spindle, which no controller can produce.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
   const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just perceptible
@@ -52,8 +53,8 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program hangs in the runtime forever. At exit the process then ends with its own status
-/// but without destructors, because the hanging thread could disturb them.
+/// Called if a thread of this program never returns from the runtime. At exit, the process then ends with its own
+/// status but without destructors, because the hanging thread could disturb them.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -66,7 +67,7 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread besides the wiring. It outlives an abandoned thread.
+/// All data of the headset's thread except the wiring. This data outlives an abandoned thread.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
@@ -79,7 +80,7 @@ struct XrSession::Thread {
   Surroundings surroundings;
   MouthMirror mirror;  // the scene's mirror at its initial pose, or at the other hand's pose
   MouthMirror scene_mirror;
-  int mirror_hand = -1;  // index of the controller that holds the mirror
+  int mirror_hand = -1;  // index of the controller that holds the mouth mirror
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -87,14 +88,14 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  std::mutex mutex;  // protects the following members; read a hundred times per second, written three times in total
+  std::mutex mutex;  // protects the members below; read a hundred times per second, written three times in total
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<debris::DebrisLedger> debris_mass;
-  WorkCounts work;  // work of the thread, which alone uses it until its end
+  WorkCounts work;  // counts of the thread's work; used only by the thread until it ends
 
   std::thread thread;
 
@@ -152,7 +153,8 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);
-    struct InUse {  // releases the device's particles before the device is destroyed, on every path
+    // releases the device's particles before the device is destroyed, on every path out of this function
+    struct InUse {
       std::optional<DebrisView>& debris;
       ~InUse() {
         if (debris) debris->use(nullptr);
@@ -172,7 +174,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      if (!hmd.running()) {  // the headset was taken off: the bench waits, and the tool has no hand
+      if (!hmd.running()) {  // the headset was taken off, so the bench waits, and the tool has no hand
         publish_hand(nullptr);
         set_tissue_visible(false);
         std::this_thread::sleep_for(10ms);
@@ -239,7 +241,7 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// The mirror's button puts the mouth mirror into the free hand, or puts it away. Without tracking the mirror keeps
+  /// The mirror's button puts the mouth mirror into the free hand, or removes it. Without tracking, the mirror keeps
   /// its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
@@ -261,7 +263,7 @@ struct XrSession::Thread {
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// True if the tool is not held by a controller, or if that controller is tracked.
+  /// Publishes the hand. Returns true if the tool is not held by a controller, or if that controller is tracked.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -324,13 +326,13 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The thread hangs in a call of the runtime: abandon it with all its data.
+    // The thread hangs in a call of the runtime, so it is abandoned with all its data.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end: the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end, so the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

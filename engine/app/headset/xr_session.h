@@ -1,5 +1,5 @@
-// A headset in a live session, on its own thread. The runtime is foreign code; if it hangs or dies, the rest of the
-// session must still end in order, with zero force and a complete recording.
+// A headset in a live session, on its own thread. The runtime is foreign code; if it hangs or dies, the remaining
+// session must still end properly, with zero force and a complete recording.
 #pragma once
 
 #include <filesystem>
@@ -22,34 +22,36 @@ class XrSession {
   struct Options {
     int tool_hand = -1;  // 0 left, 1 right: the controller that holds the tool; −1: another device holds it
     bool debris = false, record = false;
-    bool touches = false;   // the trigger takes a pair of points for `calibrate register`
+    bool touches = false;   // the user's trigger takes a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m: the point that recentring places in front of the user
     ServoTick start;        // state of the tool before the first tick
   };
-  /// Returns when the headset is awake and accepts frames. Throws Error in one line if the headset is missing or
-  /// asleep, or if its runtime does not answer.
+  /// Opens the headset. Returns when it is awake and accepts frames. Throws Error in one line if the headset is
+  /// missing or asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The next functions are for the session's own thread.
+  // The functions below are for the session's own thread. Starts the recorded times at `began`.
   /// Starts the recorded times at `began`.
   void start(Nanos began);
-  /// Supervises the headset. False if the user ended the session. Throws RunFailure if the runtime was lost or has not
-  /// answered for the rig's stall_s.
+  /// Supervises the headset. Returns false if the user ended the session. Throws RunFailure if the runtime was lost
+  /// or has not answered for the rig's stall_s.
   bool step();
   /// Ends the session with the runtime. If the headset's thread hangs in the runtime, abandons the thread.
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// Returns the balance of the chips' mass. Call it after stop(). Empty if there were no chips or the thread hangs.
+  /// Returns the balance of the chips' mass. Call this function after stop(). Empty if there were no chips or the
+  /// thread hangs.
   std::optional<debris::DebrisLedger> debris() const;
-  /// Adds the work of the headset's thread. Call it after stop(). Does nothing if the thread hangs.
+  /// Adds the work of the headset's thread to `work`. Call this function after stop(). Does nothing if the thread
+  /// hangs.
   void add_work(WorkCounts& work) const;
-  /// The same point in two frames: the tool's head, held by an arm, in the arm's base H; and the controller's tip in
-  /// the headset's space D.
+  /// A point in two frames: the head of the tool, which an arm holds, in the arm's base H; and the controller's tip
+  /// in the headset's space D.
   struct Touch {
     dvec3 p_H, p_D;  // m
   };

@@ -38,7 +38,8 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  vkDeviceWaitIdle(device_.device);  // the frame ring's wait would throw for a lost device
+  // waits for the device here, because the frame ring's wait would throw for a lost device
+  vkDeviceWaitIdle(device_.device);
   hmd_->end();
   renderer_.reset();
   ring_.destroy(device_);
@@ -69,7 +70,8 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   // The lamp is in the room, over the left shoulder of the user at negative y of W.
   frame.lights.key = glm::normalize(dvec3(-0.65, 0.2, 0.95));
   frame.lights.up = {0, 0, 1};
-  // No background picture is drawn: the planes of the two eyes' pictures are not parallel, so none could fit both.
+  // No background picture is drawn, because the planes of the two eyes' pictures are not parallel, so one picture
+  // cannot fit both.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
   const ServoTick& tick = scenery.tick;
   frame.tool = {true, tick.X_WG, angle, tick.spindle, scenery.tool_opacity};

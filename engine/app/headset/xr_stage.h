@@ -31,7 +31,7 @@ class XrStage {
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
 
-  /// Everything that is drawn besides the tissue.
+  /// All objects that are drawn besides the tissue.
   struct Scenery {
     ServoTick tick;
     double tool_opacity = 1;
@@ -40,9 +40,9 @@ class XrStage {
     double dt = 0;                           // s since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
   };
-  /// The frame for the renderer. `angle`: rad, angle of the bur.
+  /// Makes the frame for the renderer. `angle`: rad, angle of the bur.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
-  /// Draws and submits the frame that hmd().wait() began; submits without a picture if none is wanted.
+  /// Draws and submits the frame that hmd().wait() began. If no picture is needed, submits without a picture.
   render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);
 
   display::Hmd& hmd() { return *hmd_; }
@@ -58,7 +58,7 @@ class XrStage {
   std::optional<render::Renderer> renderer_;
   std::vector<haptics::Tool> tools_;
   std::uint32_t shown_tool_ = 0;
-  bool shown_placed_ = false;  // an implant is placed: its head stays drawn in the tissue
+  bool shown_placed_ = false;  // an implant is placed, so its head stays visible in the tissue
   double angle_ = 0;
 };
 

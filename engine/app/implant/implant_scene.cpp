@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s
-constexpr double kBehind = 0.3e-3;     // m behind the wall at which bone is searched
+constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which bone is searched
 constexpr int kAround = 24;
 
 /// A box of tissue around the planned implant.
@@ -47,7 +47,7 @@ class Around {
   double voxel() const { return frame_.voxel; }
 
  private:
-  /// Label of the nearest voxel; air outside the tissue and outside the box.
+  /// Label of the voxel nearest to p; air outside the tissue and outside the box.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
@@ -55,7 +55,7 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  VoxelFrame frame_;  // the volume's, so that the nearest voxel is the volume's own
+  VoxelFrame frame_;  // frame of the volume, so that the nearest voxel is also the volume's nearest voxel
   glm::ivec3 lo_;
   DenseCopy box_;
 };
@@ -193,7 +193,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Area and second moments of the space without bone, in slices perpendicular to the plan's axis.
+  // Sums area and second moments of the space without bone, in slices perpendicular to the plan's axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

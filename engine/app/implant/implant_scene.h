@@ -14,22 +14,23 @@
 
 namespace typodont {
 
-/// Loads a tool of a set from FOLDER/NAME.json. Throws Error that names the available tools.
+/// Loads a tool of an instrument set from FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Path of assets/implants/exercise.json: the parts that all implant exercises have in common.
+/// Path of assets/implants/exercise.json, which contains the parts that all implant exercises have in common.
 std::filesystem::path implant_exercise_file();
 
 /// Reads {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md). `tissue`:
-/// the scene's, for the canal of a "bone"; `tools`: the session's. Throws Error, also if the tool of a phase is not
-/// among them.
+/// the scene's tissue, for the canal of a "bone". `tools`: the session's tools. Throws Error, also if the tool of a
+/// phase is not among the tools.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m below the platform; above this depth the bone around an implant need not be complete.
+/// m, depth below the platform; above this depth the bone around an implant need not be complete.
 inline constexpr double kCrest = 1.5e-3;
 
-/// Calls visit(p_W, depth) for points of the planned thread's surface, from kCrest to its apex, until it returns false.
+/// Calls visit(p_W, depth) for points of the planned thread's surface, from the depth kCrest to its apex, until
+/// visit() returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;
@@ -44,14 +45,15 @@ void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   }
 }
 
-/// Throws Error if the tissue has no grey values. `file`: the scene's.
+/// Throws Error if the tissue has no grey values. `file`: the scene's file, for the message.
 void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
-/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's.
+/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's
+/// file, for the message.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds the measures that need the final tissue: diameter and ovality of the bed, openings in its wall, contact of the
-/// implant with bone, and, if the scene lists no neighbouring roots, the distance to the nearest tooth.
+/// Adds the measures that need the final tissue: diameter and ovality of the bed, openings in its wall, and contact
+/// of the implant with bone. If the scene lists no neighbouring roots, also the distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

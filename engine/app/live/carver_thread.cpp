@@ -35,7 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A save waits for the previous one; the carver does not wait for a save.
+    // A save waits for the end of the previous save, but the carver does not wait for a save.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -88,8 +88,8 @@ bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver
   return true;
 }
 
-/// Executes a piece of a brush stroke that can be undone. Returns false if the piece met no tissue: painting in the air
-/// is not part of an exercise.
+/// Executes a piece of a brush stroke; the piece can be undone. Returns false if the piece met no tissue, because
+/// painting in the air is not part of an exercise.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
@@ -180,14 +180,17 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    repeat_cuts();  // the expert requests a copy after its last cut, which may be newer than this turn's start
+    // the expert requests a copy of the tissue after its last cut, and this cut may be newer than the start of this
+    // turn
+    repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
   }
   return done;
 }
 
-/// Invisible bricks are meshed later: the volume stores which voxels have changed since they were last meshed.
+/// Meshes the changed bricks. Invisible bricks are meshed later; the volume stores which voxels have changed since
+/// they were last meshed.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -221,9 +224,9 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive turns without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Choose the sleep time. After 30 ms without work the hand is slow: at 3 cm/s it moves 0.1 mm until the next check.
-    // After a second the hand is at rest: with 10 m/s² it moves 0.5 mm until the next check. More frequent checks cost
-    // 3 % of a core in an idle session; these cost 0.4 %.
+    // Chooses the sleep time. After 30 ms without work, the hand is slow: at 3 cm/s it moves 0.1 mm until the next
+    // check. After a second, the hand is at rest: with 10 m/s² it moves 0.5 mm until the next check. In an idle
+    // session, these checks cost 0.4 % of a core; more frequent checks would cost 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns; if the device is lost again within this time, it counts as broken
+// ns, limit: if the device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between searches for changed bricks, with software rendering
 constexpr Nanos kBriefWait = 4'000'000;               // ns between checks for motion
@@ -124,7 +124,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction nozzle beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  constexpr double kBeside = 9e-3;  // m, distance behind the tooth as the trainee sees it
+  constexpr double kBeside = 9e-3;  // m, distance behind the tooth as seen by the trainee
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
 }
@@ -154,7 +154,7 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   if (next.view == View::kSection && scene_.implant) {
     next.plane = section_through_implant(tick);
   } else if (next.view == View::kSection) {
-    // An upright plane through the bur that faces the viewer; the part behind it is kept.
+    // An upright plane through the bur that faces the viewer. The part of the tissue behind the plane is kept.
     const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
     next.plane = {n, -glm::dot(n, tick.X_WG.p)};
@@ -254,7 +254,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    first_shown_ = now();  // a window shows a frame only at the second poll after the frame
+    first_shown_ = now();  // a window shows a frame only at the second poll after the frame was drawn
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -280,8 +280,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   drew_last_ = false;
   if (options_.embedded) return;  // the operator's window waits instead
-  // After half a second without motion, check the hand only forty times per second. Mouse events end the wait earlier;
-  // but some hands send events a thousand times per second.
+  // After half a second without motion, the hand is checked only forty times per second. Mouse events end the wait
+  // earlier, but some hands send events a thousand times per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
@@ -302,10 +302,11 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
     wiring.pictures_to_recorder.push(
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
-  // With software rendering, composing and presenting also use the CPU, so only consecutive frames show the total time.
+  // With software rendering, composing and presenting also use the CPU. So the total time is known only for
+  // consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // In a picture at rest, only bricks with a new level of detail are redrawn, a few at a time. Such cheap frames do not
-  // show the cost of the next step; if the ladder used them, it would go up and down forever.
+  // In a picture at rest, only bricks with a new level of detail are redrawn, a few per frame. Such cheap frames do
+  // not show the cost of the next quality step; if they were used, the quality would go up and down for ever.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

@@ -1,5 +1,6 @@
-// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
-// the objects that both pictures use: views, debris, level of detail, quality ladder. Drawing thread only.
+// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint.
+// Also contains the objects that both pictures use: views, debris, level of detail, quality ladder. Drawing thread
+// only.
 #pragma once
 
 #include <array>
@@ -24,34 +25,34 @@ class LivePicture {
   struct Options {
     bool operated = false;          // the operator's window shows the texts of the session
     bool steered = false;           // an experiment asks about the force, so the force is not shown
-    bool embedded = false;          // shown in the operator's window instead of its own
-    bool cursor = false;            // draw a cursor in space, for a hand that is visible only on the screen
+    bool embedded = false;          // the picture is shown in the operator's window instead of a window of its own
+    bool cursor = false;            // draws a cursor in space, for a hand that is visible only on the screen
     int monitor = -1;               // monitor for full screen; -1: a window
     gpu::Device* device = nullptr;  // the operator's device; null: create one
   };
-  /// `above`: m, W, initial position of the tool; `left_hand`: a second hand holds the mouth mirror. The scene and the
-  /// session must outlive this object. Draws nothing yet.
+  /// Draws nothing yet. `above`: m, W, initial position of the tool; `left_hand`: a second hand holds the mouth
+  /// mirror. The scene and the session must outlive this object.
   LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above, bool left_hand);
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
-  /// Opens the trainee's picture on the screen of `rig`, which must outlive this object. Appends descriptions of the
+  /// Opens the trainee's picture on the screen of `rig`; `rig` must outlive this object. Appends descriptions of the
   /// active features to `explanations`. Throws the same errors as PictureStage.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Starts the measurement of time for the first turn.
   void begin() { last_turn_ = now(); }
   /// Stage of the trainee's picture; null if the picture is not drawn here.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// The views; null after close().
+  /// The views; null after close() was called.
   LiveViews* views() { return views_.get(); }
-  /// Returns the balance of the removed mass. Call it at the end of the session.
+  /// Returns the balance of the removed mass. Call this function at the end of the session.
   std::optional<debris::DebrisLedger> settle_debris();
   /// Waits for unfinished work at the end of the session. The trainee's last picture stays visible.
   void close();
 
   /// Stops drawing, because the device is about to be destroyed or is lost.
   void drop();
-  /// Creates the pictures again; with null, on a device of their own.
+  /// Creates the pictures again. If the argument is null, on a device of their own.
   void make(gpu::Device* device);
   /// Creates a lost device again; returns false if the previous loss was too recent.
   bool recreate_lost_device();
@@ -60,7 +61,7 @@ class LivePicture {
   void collect();
   /// One turn: draws a frame of each picture that changed, or waits briefly. `tick` receives the latest tick.
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
-  /// Draws the picture from the free viewpoint if it is wanted and due; `dt`: s since the last turn.
+  /// Draws the picture from the free viewpoint if it is requested and due. `dt`: s since the last turn.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
   /// Sets the free viewpoint and the picture's size in pixels; a size of 0 switches the picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
@@ -80,7 +81,7 @@ class LivePicture {
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Latest possible time at which the first picture was on the screen; 0: there was none.
+  /// Latest time at which the first picture can have appeared on the screen; 0: no picture was shown.
   Nanos first_shown() const { return first_shown_; }
   /// Smoothed values in s: drawing time of a frame, interval between frames, and latency from hand to screen
   /// (estimated).
@@ -108,7 +109,7 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissues' colours as displayed
   Surroundings around_;                      // surroundings of the tooth
-  std::optional<render::BoxInWorld> reach_;  // bounds of the tissue
+  std::optional<render::BoxInWorld> reach_;  // bounds of the tissue in world coordinates
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture
   std::optional<DebrisView> debris_;
@@ -117,7 +118,7 @@ class LivePicture {
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
 
   Viewpoint own_from_;
-  glm::ivec2 own_size_{0};  // pixels; 0: there is no picture from the free viewpoint
+  glm::ivec2 own_size_{0};  // pixels; 0: no picture from the free viewpoint is drawn
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
   Nanos revived_;  // time when the picture was last created again

@@ -28,11 +28,11 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Count the ticks first. Their patches and cuts are already in the rings. The patches and cuts of later ticks may
+  // Counts the ticks first. Their patches and cuts are already in the rings. The patches and cuts of later ticks may
   // arrive after this point; if the program were killed then, those ticks would be stored without them.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Read the edits after the patches, so that the edit that made a patch necessary is stored, too.
+  // Reads the edits after the patches, so that the edit that made a patch necessary is stored, too.
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

@@ -53,8 +53,8 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // Of the faults in kServoInputFaults, the tick contains exactly those that the servo got as input, so that a replay
-  // can repeat them.
+  // From the set kServoInputFaults, the tick contains exactly those faults that the servo got as input, so that a
+  // replay can repeat them.
   tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -66,8 +66,8 @@ bool ServoTurns::turn() noexcept {
     if (s.debris) wiring.cuts_to_debris.push(cut_);
   }
   wiring.tick_to_carver.publish(tick_);
-  // The sound gets the tick before it is published, because a sound file is synthesized up to the latest published
-  // tick.
+  // The sound gets the tick before the tick is published, because a sound file is synthesized up to the latest
+  // published tick.
   if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
@@ -103,7 +103,7 @@ void ServoTurns::end() noexcept {
     send();
   }
   hand_.write(dvec3(0), dvec3(0));
-  hand_.release();  // this also ends an arm's gravity compensation
+  hand_.release();  // the release also ends an arm's gravity compensation
 }
 
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {

@@ -26,8 +26,8 @@
 
 namespace typodont {
 
-/// The data of a session. It outlives the threads, which have references to it. A member marked SERVO, CARVER or
-/// RECORDER is used only by that thread until the thread has ended.
+/// The data of a session. It outlives the threads, which have references to the data. A member marked SERVO, CARVER
+/// or RECORDER is used only by that thread until the thread has ended.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
@@ -40,9 +40,9 @@ struct LiveSession {
   Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;              // the newest tick is read even if nothing is drawn
-  bool watched = false;              // bricks also go to the operator's picture; the other copy goes to the headset
-  StrokeHistory book;                // CARVER: the changes that each stroke made
+  bool steered = false;  // true: the newest tick is read even if nothing is drawn
+  bool watched = false;  // true: bricks are also sent to the operator's picture; the other copy goes to the headset
+  StrokeHistory book;    // CARVER: the changes that each stroke made
   std::string carver_failure;        // CARVER: reason for a failure of the carver
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
@@ -52,14 +52,15 @@ struct LiveSession {
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
   std::optional<TickNotes> notes;          // RECORDER: notes derived from the ticks; empty without recording
   std::filesystem::path save;              // file to which the tissue is saved
-  // CARVER: counts of its work
+  // CARVER: counts of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::SearchCounts looks;  // CARVER: searches by the contact model
+  haptics::SearchCounts looks;  // CARVER: number of searches by the contact model
   std::uint64_t queries = 0;    // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// Creates the servo for the hand. `most_delay`: s, largest delay of the force that may be requested; 0: none.
+  /// Creates the servo for the hand. `most_delay`: s, limit of the delay of the force that may be requested; 0: none
+  /// may be requested.
   void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
@@ -75,8 +76,8 @@ class ServoTurns {
  public:
   /// `clock`: ns, any steady clock.
   ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept = now);
-  /// One tick: reads the hand, computes contact and cut, writes the force, publishes the tick. False at the end of the
-  /// session.
+  /// One tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at the
+  /// end of the session.
   bool turn() noexcept;
   /// Ramps the force down and releases the hand.
   void end() noexcept;
@@ -100,11 +101,11 @@ class ServoTurns {
 /// The carver's loop, turn by turn.
 class CarverTurns {
  public:
-  /// `between`: called between the steps of a turn; a test lets the servo continue there. Empty in a live session.
+  /// `between` is called between the steps of a turn; a test lets the servo continue there. Empty in a live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // there was work
+    bool worked = false;   // the turn had work
     bool awaited = false;  // a patch is offered, and the servo has not adopted it yet
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes the changed
@@ -129,7 +130,8 @@ class RecorderTurns {
   LiveSession& s_;
   session::SessionWriter& writer_;
   render::View viewed_ = render::View::kLook;
-  session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;  // the last state that was logged
+  // the last state that was written to the log
+  session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;
 };
 
 /// The loop of the state stream, turn by turn: publishes the session's state to other programs.

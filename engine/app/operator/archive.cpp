@@ -70,10 +70,10 @@ void move_to_working_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kCrownTop - tissue.frame.to_world(top);
 }
 
-/// move_to_working_place() for a mesh. If the mesh has several teeth, its middle may be empty, as in an arch; then its
-/// highest point is moved to kCrownTop.
+/// Same as move_to_working_place() for a volume. If the mesh has several teeth, its middle may be empty, as in an
+/// arch; in this case its highest point is moved to kCrownTop.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  constexpr double kWidestTooth = 16e-3;  // m, largest width of a single tooth
+  constexpr double kWidestTooth = 16e-3;  // m, upper limit of the width of a single tooth
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
     lo = glm::min(lo, p), hi = glm::max(hi, p);
@@ -97,7 +97,7 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // metres fail, too: report the error of the requested unit
+      throw e;  // reading in metres failed, too, so the error of the requested unit is reported
     }
   }
 }
@@ -133,7 +133,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  progress.at(1);  // no cancellation from here on: both files get their final names
+  progress.at(1);  // from here on the work cannot be cancelled, because both files get their final names
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
                       Over::kItsInput);
@@ -155,7 +155,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // The stem is for example 2026-11-20_10-15-00_scene.
+      // The stem is, for example, 2026-11-20_10-15-00_scene.
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;

@@ -21,7 +21,8 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // parts of the file name
   std::string title;                 // title of the exercise in the reader's language; empty: unknown
-  std::optional<CachedScore> score;  // empty: not yet computed, or a preparation that was saved without a recording
+  // score; empty: not yet computed, or a preparation that was saved without a recording
+  std::optional<CachedScore> score;
   double megabytes = 0;
   bool report = false;   // a report exists beside the recording
   bool recorded = true;  // false: a preparation that was saved without a recording
@@ -33,12 +34,12 @@ std::vector<SessionEntry> find_sessions();
 void make_expert(const std::filesystem::path& session);
 
 /// Direction of the crown of an imported tooth in its file.
-enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y, in this order
+enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // directions +z −z +x −x +y −y, in this order
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; with as_scanned, any mesh
   std::string name;
-  bool as_scanned = false;  // carve the mesh itself with the contact model vertex; works for open meshes, too
+  bool as_scanned = false;  // carves the mesh itself with the contact model vertex; also for open meshes
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };

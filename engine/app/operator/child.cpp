@@ -20,7 +20,7 @@ namespace typodont {
 namespace {
 
 constexpr int kPollInterval = 50;  // ms between checks for cancellation
-constexpr int kPatience = 3000;    // ms, time in which the process must end after the request
+constexpr int kPatience = 3000;    // ms, time in which the process must end after the request; then it is killed
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -36,7 +36,7 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   return words;
 }
 
-/// The progress (0..1) in the last message of a form such as "film: 30 %"; 0 if there is none.
+/// The progress (0..1) in the last message with a percentage, such as "film: 30 %"; 0 if no message has one.
 double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
@@ -69,7 +69,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // runs on every path
+  struct Ended {  // its destructor runs on every path out of this function
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
@@ -146,7 +146,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // the other programs are checked at the next call
+    return std::nullopt;  // the next call checks the other programs
   }
   return std::nullopt;
 }

@@ -9,12 +9,12 @@
 
 namespace typodont {
 
-/// Niceness of a process that runs only while no other process needs the processor.
+/// Niceness of a process that gets the processor only while no other process needs it.
 inline constexpr int kLowestPriority = 19;
 
 /// Runs `typodont ARGUMENTS` to its end and returns its output; its reported progress goes to `progress`. On
-/// cancellation the process is asked to end, and killed if it does not. `nice`: niceness of the process, 0 to 19.
-/// Throws Cancelled, or RunFailure with the process's last message if it fails without output.
+/// cancellation, the process is asked to end; if it does not end, it is killed. `nice`: niceness of the process, 0 to
+/// 19. Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Programs that run independently after their start; detects failures. Main thread.
@@ -29,13 +29,13 @@ class Started {
     std::string file;   // the file that could not be opened; empty: a process of this program failed
     std::string words;  // the last message of the failed program
   };
-  /// Returns a program that failed since the last call; empty if there is none.
+  /// Returns a program that failed since the last call; empty if none failed.
   std::optional<Failed> look();
 
  private:
   struct One {
     int process = -1;
-    int said = -1;  // descriptor of the messages, which are stored in memory
+    int said = -1;  // descriptor of the process's messages, which are stored in memory
     std::string file;
   };
   void start(std::vector<std::string> words, const std::string& file);

@@ -39,7 +39,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // Proposes a second model that can feel every exercise; the next in the list, implant, cannot.
+  // Proposes a second model that can feel every exercise. (The next model in the list, implant, cannot.)
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }

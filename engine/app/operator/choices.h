@@ -1,4 +1,5 @@
-// The available exercises, hands and pictures, and the selected ones, which are remembered between runs. Main thread.
+// The available exercises, hands and pictures, and the user's selection, which is remembered between runs. Main
+// thread.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +25,7 @@ class Choices {
   void choose_tutorial();
   void remember() const;
 
-  /// Searches for connected devices while a hand is being selected. True if the list changed.
+  /// Searches for connected devices while the user selects a hand. Returns true if the list changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

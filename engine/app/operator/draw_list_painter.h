@@ -42,11 +42,11 @@ class DrawListPainter {
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;
-  static constexpr std::size_t kTextures = 64;  // limit of the number of textures; the first is the font
+  static constexpr std::size_t kTextures = 64;  // limit of the number of textures; the first texture is the font
 
   struct Texture {
     VkImageView view;
-    int layer;  // layer of an array; negative: the font, a coverage texture
+    int layer;  // layer of an array; negative: the font, which is a coverage texture
     std::uint64_t shows;
   };
 
@@ -56,12 +56,12 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  gpu::ShaderInputs inputs_;  // a descriptor set for each slot's textures
+  gpu::ShaderInputs inputs_;  // shader inputs, with one descriptor set for each slot's textures
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // tile hashes of the frame that each target contains
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // for each target: tile hashes of the frame that it contains
 };
 
 }  // namespace typodont

@@ -11,7 +11,8 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of a tile
-// Limit of the number of parts, because an element that lies in several parts is drawn once for each part.
+// Limit of the number of parts. An element that lies in several parts is drawn once for each part, so many parts cost
+// time.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
@@ -63,7 +64,7 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  // The parts, in tiles. A run in a row is extended downwards if the next row has the same run.
+  // Finds the parts, in tiles. A run in a row is extended downwards if the next row has the same run.
   std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {

@@ -1,5 +1,5 @@
-// Finds the parts of a user-interface frame that differ from an earlier frame, by tiles. Each tile has a hash of
-// everything that is drawn over it, in order. A running clock then redraws only its own tiles instead of the whole
+// Finds the parts of a user-interface frame that differ from an earlier frame, by tiles. Each tile has a hash of all
+// elements that are drawn over it, in order. So a running clock redraws only its own tiles instead of the whole
 // window.
 #pragma once
 

@@ -70,7 +70,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Round the number to four digits, as the user typed it; a float has further digits.
+    // Rounds the number to four digits, as the user typed it, because a float has further digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -102,7 +102,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  if (scene.contains("score")) {  // a scene with a task has its rules in the task
+  if (scene.contains("score")) {  // if a scene has a task, its rules are in the task
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
   }
@@ -126,10 +126,11 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Checks for errors that would make a session fail, such as an invalid mesh or a rule without a target. Throws Error.
+/// Checks for errors that would make a session fail, such as an invalid mesh or a rule without a target. Throws
+/// Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // one rule at a time, to identify the faulty one
+  const auto try_rules = [&](const auto& read) {  // tries one rule at a time, to identify the faulty one
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;
@@ -163,7 +164,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // Write and check the exercise in another folder first, so that an invalid exercise replaces nothing.
+  // The exercise is first written and checked in another folder, so that an invalid exercise replaces no file.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

@@ -55,7 +55,7 @@ void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The selection of the start page, with which the experiment runs.
+/// Draws the selection of the start page, with which the experiment will run.
 void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("selection", s.text("op.experiment_with"), size, w);
   const auto title = [](const auto& list, int chosen) {
@@ -69,7 +69,7 @@ void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// "12 (95 %: 8 to 19) %"
+/// Text of an interval, such as "12 (95 %: 8 to 19) %".
 std::string interval_text(const OperatorState& s, const FoundValue& found, const char* unit) {
   const auto number = [&](double v) {
     return std::isnan(v) ? std::string("–") : s.number(v, std::abs(v) < 10 ? 1 : 0);

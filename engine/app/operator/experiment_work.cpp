@@ -67,7 +67,8 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  if (!rig.embedded) words.insert(words.end(), {"--rig", rig.file.string()});  // else the default, a window of its own
+  // otherwise the experiment uses its default, a window of its own
+  if (!rig.embedded) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();
   work.begin(

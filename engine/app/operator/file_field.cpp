@@ -49,7 +49,7 @@ namespace widgets {
 
 namespace {
 
-/// First folder of the list: the folder of the typed path, otherwise the home folder.
+/// The folder that the list shows first: the folder of the typed path; if the path has no folder, the home folder.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -80,7 +80,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     list_folder(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // Every folder gets a popup of its own, so that the first line is selected.
+  // Every folder gets a popup of its own, because ImGui then selects the first line.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

@@ -1,4 +1,4 @@
-// A field for a file's path: the path is typed, or chosen from a list of files. Main thread.
+// A field for a file's path. The user types the path, or selects it from a list of files. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace typodont {
 struct FileChooser {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> folders, files;  // names without the folder
-  bool asked = false;                                 // open the list in the present frame
+  bool asked = false;                                 // true: the list opens in the present frame
   int opened = 0;                                     // number of times that the list was opened
 };
 

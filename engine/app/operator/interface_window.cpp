@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s after the last input; during this time every frame is drawn, for hover effects and the blinking cursor
+// s, time after the last input in which every frame is drawn, for hover effects and the blinking cursor
 constexpr double kSettle = 0.25;
 
-/// The first file that exists; Debian, Fedora and Arch have fonts in different folders.
+/// Returns the first of the files that exists. Debian, Fedora and Arch have fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -44,7 +44,7 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// A dark, neutral theme that does not compete with the picture, with one accent colour for possible actions.
+/// A dark, neutral theme that does not distract from the picture, with one accent colour for possible actions.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -194,8 +194,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Characters: Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese also the characters in the
-  // catalogue.
+  // The fonts contain these characters: Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese also
+  // the characters in the catalogue.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -295,7 +295,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 takes key states instead of key events.
+  // ImGui 1.86 accepts key states instead of key events.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);

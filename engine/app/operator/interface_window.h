@@ -20,7 +20,7 @@ namespace typodont {
 
 /// Sizes in pixels at this screen's scale, and fonts.
 struct InterfaceStyle {
-  float unit = 16;  // height of normal text; all other sizes are multiples of it
+  float unit = 16;  // pixels, height of normal text; all other sizes are multiples of this height
   ImFont* plain = nullptr;
   ImFont* large = nullptr;  // font for headings
   ImFont* small = nullptr;
@@ -41,16 +41,16 @@ class InterfaceWindow {
 
   /// Loads fonts for this language. Returns false, and changes nothing, if the computer has no such font.
   bool set_language(session::Language language);
-  /// Announces a text, so that the fonts contain its characters from the next frame on. Call between frames.
+  /// Announces a text. From the next frame on, the fonts contain its characters. Call between frames.
   void announce_text(const std::string& text);
 
-  /// Reads mouse and keyboard. True if a frame should be drawn: there was input, or more than `most_seconds` have
-  /// passed since the last frame.
+  /// Reads mouse and keyboard. Returns true if a frame should be drawn, because input has arrived or more than
+  /// `most_seconds` have passed since the last frame.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Call ImGui between begin() and end(); end() shows the frame. `emergency_stop`: at present Esc and Space are the
-  /// keys of the emergency stop.
+  /// Call ImGui between begin() and end(); end() shows the frame. `emergency_stop`: true if Esc and Space are the
+  /// keys of the emergency stop in this frame.
   void begin(bool emergency_stop);
   void end();
 

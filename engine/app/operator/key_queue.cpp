@@ -7,8 +7,8 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// ImGui moves the focus or opens a list one frame after the request; only then a field accepts text, and a list accepts
-// arrows.
+// number of frames. ImGui moves the focus or opens a list one frame after the request; only then does a field accept
+// text, or a list accept arrows.
 constexpr int kFocusFrames = 3;
 
 /// True if the key acts on the focused element.
@@ -41,7 +41,8 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      if (down_[code] != key.down) {  // otherwise it is a key repeat, which the pages handle themselves
+      // if the state is the same, the event is a key repeat, which the pages handle themselves
+      if (down_[code] != key.down) {
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))
           break;

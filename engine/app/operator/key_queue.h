@@ -17,9 +17,9 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// The keys for one frame. Each key occurs at most once, and a pressed key comes with its Ctrl or Shift. After a key
-  /// that may move the focus, text, arrows, Enter and Esc wait until the focus has moved. If Esc and Space are the
-  /// emergency stop, they come before all other keys.
+  /// Returns the keys for one frame. Each key occurs at most once, and a pressed key comes with its Ctrl or Shift.
+  /// After a key that may move the focus, text, arrows, Enter and Esc wait until the focus has moved. If Esc and
+  /// Space are the emergency stop, they come before all other keys.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -133,7 +133,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
           continue;
         }
       } catch (const Error&) {
-        continue;  // the file is from another version or incomplete: do not list it
+        continue;  // the file is from another version or incomplete, so it is not listed
       }
       const bool shipped = folder == assets_folder() / "rigs";
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
@@ -177,7 +177,8 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  fs::remove(file, code);  // left by an earlier session of this window; a file that was read cannot be overwritten
+  // the file was left by an earlier session of this window; a file that was read cannot be overwritten
+  fs::remove(file, code);
   return file;
 }
 
@@ -196,7 +197,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  } catch (const Error&) {  // the file is from another version, or damaged: use the defaults of a first run
+  } catch (const Error&) {  // the file is from another version, or damaged, so the defaults of a first run are used
   }
   return r;
 }

@@ -1,5 +1,5 @@
-// Runs one long task at a time while the window continues, and an action in the window when the task is done. Main
-// thread.
+// Runs one long task at a time while the window continues. When the task is done, executes an action in the window's
+// thread. Main thread.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread, and then, if it succeeds, `then` on this thread. First cancels a running task and
+  /// Runs `work` on its own thread. If it succeeds, then runs `then` on this thread. First cancels a running task and
   /// waits for its end.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }

@@ -40,7 +40,7 @@ using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s between frames while nothing happens
 constexpr Nanos kIdleWait = 25'000'000;  // ns between checks for changes that cause no desktop event
-constexpr Nanos kBriefWait = 4'000'000;  // ns, shortest duration of an idle turn
+constexpr Nanos kBriefWait = 4'000'000;  // ns, lower limit of the duration of an idle turn
 constexpr double kSessionFrame = 0.05;   // s between frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
@@ -65,7 +65,7 @@ class Operator {
   }
 
  private:
-  /// Called at the program's end, normal or not: ends the session in order and stores an author's unsaved work.
+  /// Called at the program's end, normal or not: ends the session properly and stores an author's unsaved work.
   void leave() noexcept {
     try {
       work_.drop();
@@ -101,7 +101,8 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);  // a mouse sends a thousand events per second
+      // limits the rate, because a mouse sends a thousand events per second
+      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
 
@@ -250,7 +251,7 @@ class Operator {
     if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
-  /// Executes requests that do not concern a running session.
+  /// Executes requests that do not belong to a running session.
   void carry_out(const Request& r) {
     switch (r.ask) {
       case Ask::kStart:
@@ -307,7 +308,7 @@ class Operator {
       case Ask::kDeleteRecording:
         work_.drop();  // a report about the recording may be in progress
         fs::remove(s_.outcome.report);
-        // If the recording cannot be deleted, this is reported, and the path stays for another attempt.
+        // If the recording cannot be deleted, the user is told, and the path stays for another attempt.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
@@ -365,11 +366,11 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // requests to a session are handled before
+        break;  // requests to a session were handled before
     }
   }
 
-  /// `from`: a session or saved preparation to continue; empty: start the selected scene.
+  /// `from`: a session or saved preparation to continue; empty: starts the selected scene.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -385,7 +386,7 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // this page is shown if the session cannot begin
+    s_.page = before;  // the page that is shown if the session cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     // A continued preparation keeps its contact model.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
@@ -402,7 +403,7 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// The scene of a recording; for a saved preparation, the scene that its file name contains.
+  /// The scene of a recording. For a saved preparation: the scene that its file name contains.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -475,7 +476,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // the window was open, so this is not a set-up error
+  } catch (const Error& e) {  // the window was open, so the error did not occur at set-up
     throw RunFailure(e.what());
   }
 }

@@ -4,7 +4,7 @@
 
 namespace typodont {
 
-/// Returns when the window is closed. Throws Error without a desktop, and RunFailure if it cannot continue.
+/// Runs the window until it is closed. Throws Error without a desktop, and RunFailure if the program cannot continue.
 void run_operator();
 
 }  // namespace typodont

@@ -67,7 +67,8 @@ void PlanDesk::follow() {
   form.plan.bed_diameter = procedure.bed_diameter;
   form.findings = planner_->findings(form.plan);
   destroy();
-  // While the user drags the implant, the planes stay, so that it moves and not the bone.
+  // While the user drags the implant, the section planes stay, so that the implant moves in the picture and not the
+  // bone.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
   for (const SectionPlane& plane : form.planes)
     images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPixels)));

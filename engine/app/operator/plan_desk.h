@@ -19,10 +19,10 @@ class PlanDesk {
   PlanDesk(const PlanDesk&) = delete;
   PlanDesk& operator=(const PlanDesk&) = delete;
 
-  /// Shows the page and loads the selected scene's jaw beside the window. `bone_class`: index in kBoneClasses, from 1;
-  /// 0: the scene's.
+  /// Shows the page and loads the jaw of the selected scene while the window continues. `bone_class`: index in
+  /// kBoneClasses, from 1; 0: the scene's bone.
   void open(BackgroundTask& work, int bone_class = 0);
-  /// Evaluates and draws the plan if it changed; call before drawing the page.
+  /// Evaluates and draws the plan if it changed. Call before drawing the page.
   void follow();
   /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.
   void destroy();

@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// Draws the final surface by the CPU on the window's background colour; shows the difference to the ideal if there is
-/// one. The picture has no pixels if the surface is unknown. Any thread.
+/// Draws the final surface with the CPU on the window's background colour. If there is an ideal, the picture shows
+/// the difference to it. The picture has no pixels if the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -20,16 +20,16 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// Uploads the outcome's picture if it is new; call before drawing.
+  /// Uploads the outcome's picture if it is new. Call before drawing.
   void follow();
-  /// Destroys the GPU memory, e.g. when the device is lost. The next follow() uploads the picture again.
+  /// Frees the GPU memory, e.g. when the device is lost. The next follow() uploads the picture again.
   void destroy();
 
  private:
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<gpu::Image> image_;
-  std::vector<std::uint8_t> shown_;  // the pixels on the GPU
+  std::vector<std::uint8_t> shown_;  // pixels of the picture that is on the GPU
 };
 
 }  // namespace typodont

@@ -24,7 +24,8 @@ class ScenePictures {
   void load(const std::vector<std::filesystem::path>& files);
   /// Frees the pictures' GPU memory, which must not be in use.
   void destroy();
-  /// Draws the next missing picture, first that of the selected scene. True if a picture was finished.
+  /// Draws the next missing picture; the picture of the selected scene comes first. Returns true if a picture was
+  /// finished.
   bool look();
   /// Stops drawing.
   void drop() { job_.reset(); }

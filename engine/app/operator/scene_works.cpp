@@ -67,7 +67,7 @@ bool is_mesh(const fs::path& file) {
   return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
 }
 
-/// Starts work that creates a scene. Afterwards the scene is found, selected and announced.
+/// Starts work that creates a scene. After the work, the new scene is found, selected and announced.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
@@ -75,7 +75,8 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
       [make = std::move(make), file, language = s.language](Progress& progress) {
         try {
           *file = make(progress);
-        } catch (const RuleRefused& refused) {  // the user knows the rule by its title on the page
+        } catch (const RuleRefused& refused) {
+          // the rule is named by its title on the page, because the user knows this title
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -148,7 +149,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // Leave out the form's mesh and rules, because an invalid entry must not discard the rest.
+  // Leaves out the form's mesh and rules, because an invalid entry must not discard the rest.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // the tissue that the button shows or hides, if `flag` is null
+    Tissue tissue = Tissue::kAir;  // the tissue that the button shows or hides; used if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

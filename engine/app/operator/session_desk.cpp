@@ -48,7 +48,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.monitor = rig.embedded ? -1 : s_.monitor;
   brush_down_ = false;
   scene_ = scene;
-  // A session is always recorded from its beginning, so that the user can decide at its end to keep the recording.
+  // Every session is recorded from its beginning, so that the user can decide at its end to keep the recording.
   s_.keep = s_.record && !s_.author;
   recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
   written_ = s_.keep || s_.author ? recording_ : temporary_recording_file();
@@ -104,7 +104,9 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  s_.live_input.wheel = 0;  // the wheel is processed; the page may not be drawn again before the next step
+  // the wheel has been processed; without this line it would act again, because the page may not be drawn before the
+  // next step
+  s_.live_input.wheel = 0;
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;
   if (s_.author) paint();
@@ -237,7 +239,7 @@ void SessionDesk::show_own_view(bool own) {
   ++s_.look_changes;
 }
 
-/// Paints with the tool's head: a ball where the brush is set down, then a sweep along its motion.
+/// Paints with the tool's head: a ball where the brush begins, then a sweep along its motion.
 void SessionDesk::paint() {
   if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // the pose of a broken device may not be finite
     brush_down_ = false;
@@ -273,7 +275,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   };
   try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // the window may still be drawing the picture
-  if (s_.author) {      // the tissue is complete even after a failure
+  if (s_.author) {      // even after a failure the tissue is complete
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;
@@ -306,7 +308,7 @@ void SessionDesk::keep_recording() {
   }
   if (written_ != recording_) {
     fs::rename(written_, recording_, code);
-    if (code) fs::copy_file(written_, recording_, code);  // rename fails if the trainee's folder is on another disk
+    if (code) fs::copy_file(written_, recording_, code);  // renaming fails if the trainee's folder is on another disk
   }
   s_.outcome.recording = code ? written_ : recording_;
   if (code) s_.fail(fmt::format("{}: {} ({})", recording_.string(), code.message(), written_.string()));

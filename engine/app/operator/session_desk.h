@@ -1,5 +1,5 @@
-// The session in the operator's window: starts it, shows its state, executes requests, ends it and stores its results.
-// Main thread.
+// The session in the operator's window. The object starts the session, shows its state, executes requests, ends the
+// session and stores its results. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -36,16 +36,18 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Starts a session. If this fails, throws the error, and there is no session.
+  /// Starts a session. If this fails, throws the error, and no session runs.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// kChanged: the trainee's picture changed or the clock shows the next second; kOver: the session must be ended.
+  /// Executes one step. kChanged: the trainee's picture changed or the clock shows the next second; kOver: the
+  /// session must be ended.
   Turn step();
-  /// After step(): nothing on the session's page except the clock has changed or will change without input.
+  /// Valid after step(). True if, apart from the clock, nothing on the session's page has changed or will change
+  /// without input.
   bool at_rest() const { return at_rest_; }
-  /// Ends the session and moves the recording to its final place. `why`: reason of an abnormal end. Returns the
-  /// session's result if it must be scored without a recording; null if there is a recording, or if there is nothing to
-  /// score (an author's session, or a session that failed).
+  /// Ends the session and moves the recording to its final place. `why`: reason of an abnormal end. If the session
+  /// must be scored without a recording, returns its result. Returns null if there is a recording, or if there is
+  /// nothing to score (an author's session, or a session that failed).
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request that concerns a running session; returns false for any other request.
@@ -56,8 +58,8 @@ class SessionDesk {
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Call this before the window's device is destroyed: the session continues without a picture until there is a new
-  /// device.
+  /// Call this function before the window's device is destroyed. The session continues without a picture until a new
+  /// device exists.
   void drop_picture();
   void make_picture();
 
@@ -78,7 +80,7 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      saved_;  // final path of the recording, its path during the session, path of the tissue
+      saved_;  // final path of the recording; its path during the session; path of the tissue
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
   Pose rests_at_;  // final pose of the tool

@@ -86,7 +86,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // While almost nothing is done, no item gets the colour of a good or bad score.
+    // fraction: with a lower completion, no item gets the colour of a good or bad score.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -154,16 +154,17 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // the hand does not move while the pointer is outside the picture
+      false;  // while the pointer is outside the picture, the hand does not move
   s.live_input.wheel = 0;
-  // A picture drawn in this window fills the available area; a picture of another window keeps its aspect ratio.
+  // If this window draws the picture, the picture fills the available area; a picture of another window keeps its
+  // aspect ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // Undo the reflection of a mirror rig.
+    // Undoes the reflection of a mirror rig.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
     // Converts a corner of the picture, as the user sees it, to texture coordinates.
@@ -199,7 +200,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Label the picture and its mouse actions.
+  // Labels the picture and its mouse actions.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -320,7 +321,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // List the present problems, or state that there are none.
+  // Lists the present problems, or states that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".json";
-constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes, limit for the cache; about ten thousand scores
+constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes, limit of the size of the cache; about ten thousand scores
 
 fs::path scores_folder() {
   const fs::path folder = cache::folder();
@@ -56,7 +56,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // the file is from another version: compute the score again
+  } catch (const Error&) {  // the file is from another version, so the score is computed again
     return std::nullopt;
   }
 }

@@ -24,7 +24,7 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// Computes the next missing score, the newest session first. True if a score was finished.
+  /// Computes the next missing score; the newest session comes first. Returns true if a score was finished.
   bool look();
   /// Stops the computation.
   void drop() { job_.reset(); }

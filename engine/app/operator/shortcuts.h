@@ -1,5 +1,4 @@
-// The keyboard shortcuts that several pages of the window have in common. Each key has one meaning, and each action has
-// one key.
+// The keyboard shortcuts that several pages of the window use. Each key has one meaning, and each action has one key.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@ struct Shortcut {
   bool control = false;
   std::string_view name;      // text for buttons and for the list of keys
   std::string_view help;      // key in the text catalogue
-  std::array<Ask, 2> does{};  // requests that mean the same action to the user
+  std::array<Ask, 2> does{};  // requests that are the same action for the user
 };
 
 inline constexpr std::array kShortcuts = {
@@ -38,7 +37,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// The shortcut of a request. Does not compile for a request without a shortcut.
+/// The shortcut of a request. A request without a shortcut is a compile-time error.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

@@ -38,7 +38,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // The Chinese name is shown only with a font for Chinese.
+  // The Chinese name is shown only if the computer has a font for Chinese.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };
@@ -53,7 +53,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   }
 }
 
-/// Draws the picture in the available width, or an empty field of the same size.
+/// Draws the picture with the available width, or an empty field of the same size.
 void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width) {
   if (picture >= 0 && picture < static_cast<int>(s.pictures.size())) {
     const gpu::Image& image = s.pictures[static_cast<std::size_t>(picture)];
@@ -237,7 +237,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::EndChild();
 }
 
-/// Handles the shortcuts that belong to no widget.
+/// Handles the shortcuts that do not belong to a widget.
 void follow_keys(OperatorState& s) {
   const auto next = [](int chosen, std::size_t count) { return count ? (chosen + 1) % static_cast<int>(count) : 0; };
   if (key('D', true)) s.hand = next(s.hand, s.hands.size());

@@ -28,15 +28,15 @@ namespace typodont {
 enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kPlan, kExperiment };
 
 enum class Ask {
-  kStart,            // start a session with the selection; on the experiment page, start the experiment
+  kStart,            // start a session with the selection; on the experiment page: start the experiment
   kEndSession,       // ramp the force down, complete the recording, end the session
-  kEmergencyStop,    // no force from the next tick on, end of the session
+  kEmergencyStop,    // no force from the next tick on; then the session ends
   kToStart,          // return to the start page
   kAgain,            // repeat the last session
   kLanguage,         // number: index of the language
   kDoctor,           // check this computer
   kRescan,           // search for scenes, hands and rigs again
-  kOpenReport,       // show the report in the browser; on the experiment page, the experiment's result
+  kOpenReport,       // show the report in the browser; on the experiment page: the experiment's result
   kOpenFolder,       // open the folder of the sessions
   kDeleteRecording,  // delete the recording of the session that just ended
   kSettings,         // live settings have changed
@@ -45,18 +45,18 @@ enum class Ask {
   kUndo,             // undo a stroke
   kRedo,             // redo a stroke
   kSaveTissue,       // save the present tissue
-  kKeep,             // number: 1: keep the recording, 0: delete it
+  kKeep,             // number: 1 keeps the recording, 0 deletes it
   kLook,             // OperatorState::look has changed
-  kOwnView,          // number: 1: free viewpoint, 0: the trainee's picture
+  kOwnView,          // number: 1 shows the free viewpoint, 0 the trainee's picture
   kColor,            // OperatorState::colors has changed; number: the tissue
-  kLoseDevice,       // for tests: lose the GPU device
+  kLoseDevice,       // for tests: the GPU device is lost
   kSaveExercise,     // save painted and drilled tissue as an exercise
-  kHold,             // number: 1: stop drill and force, 0: continue
+  kHold,             // number: 1 stops drill and force, 0 continues
   kStepDone,         // mark the task's current step as done
   kStepBack,         // unmark the last step
   kArchive,          // show recorded sessions and imports
   kExperiment,       // show the page of experiments
-  kSessionReport,    // report of the selected session: create it if necessary, open it in the browser
+  kSessionReport,    // report of the selected session: create it if necessary, and open it in the browser
   kLearningCurve,    // learning curve of the selected session's trainee
   kFilm,             // film of the selected session
   kExpert,           // use the selected session as the expert's session in reports
@@ -65,14 +65,14 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   kImport,           // import a scan or mesh with the settings in ImportForm
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
-  kPlan,             // plan an implant in the selected exercise's jaw; on its page: number: the bone's class, from 1
-  kSavePlan,         // save the planned implant as an exercise
-  kTutorial,         // select and start the tutorial
-  kWelcomed,         // the introduction on the first start is finished
-  kCancel,           // cancel the running task
-  kLeaveKept,        // save the unsaved work as an exercise, then execute OperatorState::leaving
-  kLeaveDropped,     // discard the unsaved work, then execute OperatorState::leaving
-  kStay,             // do not execute OperatorState::leaving
+  kPlan,      // plan an implant in the jaw of the selected exercise; number: on the plan page, the bone's class, from 1
+  kSavePlan,  // save the planned implant as an exercise
+  kTutorial,  // select and start the tutorial
+  kWelcomed,  // the introduction on the first start is finished
+  kCancel,    // cancel the running task
+  kLeaveKept,     // save the unsaved work as an exercise, then execute OperatorState::leaving
+  kLeaveDropped,  // discard the unsaved work, then execute OperatorState::leaving
+  kStay,          // do not execute OperatorState::leaving
   kQuit,
 };
 struct Request {
@@ -88,7 +88,8 @@ struct SceneChoice {
   int picture = -1;   // index in OperatorState::pictures
   std::string model;  // the scene's contact model, or the default
   bool own = false;   // created by the user, not shipped
-  bool jaw = false;   // an implant can be planned in it: an implant exercise, or a volume of the user's own
+  // an implant can be planned in this scene: it is an implant exercise, or a volume of the user's own
+  bool jaw = false;
 };
 struct HandEntry {
   std::string address;  // address of the hand; empty: the user types it
@@ -104,13 +105,13 @@ struct RigChoice {
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // use the ideal's own value as the target, if it has one
+  bool from_ideal = true;  // the rule uses the ideal's own value as its target, if the ideal has one
   float target = 0, tolerance = 1, weight = 10;
 };
 /// Source of a new exercise's ideal.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // the form is not yet filled in
+  bool fresh = true;  // the form does not contain values yet
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // one step per line
@@ -122,20 +123,22 @@ struct ExerciseForm {
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
-constexpr int kScannedSurface = 4;  // ImportForm::preset: carve the mesh itself
+constexpr int kScannedSurface = 4;  // value of ImportForm::preset: carve the mesh itself
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
-  int preset = 0;                    // ImportPreset, or kScannedSurface
-  int series = 0;                    // index among several series in a folder of DICOM files; 0: there is only one
-  int crown = 0;                     // index in the enumeration Crown
-  float voxel_mm = 0, shell_mm = 0;  // mm; 0: voxel size of the file, default thickness
-  float unit_mm = 1;                 // unit of a mesh in mm
-  float spacing_mm = 0;              // mm, sample spacing of a scan; 0: the file's spacing
+  int preset = 0;  // ImportPreset, or kScannedSurface
+  int series = 0;  // index among several series in a folder of DICOM files; 0: there is only one
+  int crown = 0;   // index in the enumeration Crown
+  // mm, voxel size and thickness of the shell; 0: voxel size of the file, default thickness
+  float voxel_mm = 0, shell_mm = 0;
+  float unit_mm = 1;     // mm, unit of a mesh file
+  float spacing_mm = 0;  // mm, sample spacing of a scan; 0: the file's spacing
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
-/// Planning an implant. The page changes the plan; PlanDesk evaluates and draws it between two frames.
+/// The form for planning an implant. The page changes the plan; PlanDesk evaluates and draws the plan between two
+/// frames.
 struct PlanForm {
   bool ready = false;  // the jaw is loaded
   std::array<char, 96> name{};
@@ -143,23 +146,25 @@ struct PlanForm {
   int procedure = 0;
   int bone_class = 0;  // class of synthetic bone, 1 to 4; 0: a scan
   session::ImplantPlan plan;
-  float width_mm = 40;    // width of each section
-  bool changed = false;   // findings and pictures do not show the present plan
+  float width_mm = 40;    // mm, width of each section
+  bool changed = false;   // the plan has changed, but findings and pictures do not show the change yet
   bool dragging = false;  // the mouse moves or tilts the implant
-  bool tilting = false;   // it tilts it
+  bool tilting = false;   // the mouse tilts the implant
   PlanFindings findings;
   PlanPlanes planes;
-  std::array<const gpu::Image*, std::tuple_size_v<PlanPlanes>> pictures{};  // null until they are drawn
-  std::uint64_t drawn = 0;                                                  // number of times that they were drawn
+  // pictures of the sections; null until they are drawn
+  std::array<const gpu::Image*, std::tuple_size_v<PlanPlanes>> pictures{};
+  std::uint64_t drawn = 0;  // number of times that the sections were drawn
 };
 /// The questions of `typodont experiment`, as its option --question names them.
 inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};
 constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
-  int question = 0;                              // index in kExperimentQuestions
-  std::array<int, 2> models{0, 1};               // compared models, indices in OperatorState::models
-  std::array<int, 4> trials{150, 150, 150, 40};  // largest number for each question; for models the exact number
-  float seconds = 4;                             // duration of each stimulus
+  int question = 0;                 // index in kExperimentQuestions
+  std::array<int, 2> models{0, 1};  // compared models, indices in OperatorState::models
+  // limits of the number of trials, one for each question; for models the exact number
+  std::array<int, 4> trials{150, 150, 150, 40};
+  float seconds = 4;  // s, duration of each stimulus
 };
 /// A value with its 95 % interval; a bound that the answers do not limit is NaN.
 struct FoundValue {
@@ -167,13 +172,13 @@ struct FoundValue {
 };
 /// Result of a finished experiment.
 struct ExperimentFinding {
-  std::filesystem::path log, page;  // the trials, and the page with the fit
+  std::filesystem::path log, page;  // files: the trials, and the page with the fit
   std::string person;
   std::size_t question = 0;
   int trials = 0;
-  double right = 0;                   // %; not for models
+  double right = 0;                   // %, fraction of correct answers; not for models
   FoundValue found;                   // just-noticeable difference, % or ms; for models the fraction of `models[1]`, %
-  std::array<std::string, 2> models;  // only for models
+  std::array<std::string, 2> models;  // names of the compared models; only for models
   double chance = 1;                  // only for models: probability of such answers if no difference was felt
 };
 struct DoctorFinding {
@@ -186,7 +191,8 @@ struct Outcome {
   std::filesystem::path recording, report;  // files; empty: there is none
   session::Score score;
   bool scored = false;  // the score is final; an earlier score is not shown
-  // The final surface, with the difference to the ideal if there is one; without pixels if the surface is unknown.
+  // The final surface; it shows the difference to the ideal if there is one. Without pixels if the surface is
+  // unknown.
   render::Picture picture;
   bool compared = false;  // the picture shows the difference to the ideal
   std::string failure;
@@ -204,7 +210,7 @@ struct OperatorState {
   std::vector<std::string> to_open;  // files and folders that the desktop should open
   std::optional<Request> leaving;    // request that waits for the user's decision about unsaved work
 
-  // Start page.
+  // Members of the start page.
   std::vector<SceneChoice> scenes;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
@@ -216,12 +222,12 @@ struct OperatorState {
   std::array<char, 256> address{};  // typed address of a hand
   std::array<char, 128> trainee{};
   bool record = true;
-  std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty: not refused
+  std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty: it does not refuse
   bool no_real_time = false;      // the user accepts a device with motors without real-time scheduling
   bool author = false;            // authoring mode: paint tissue, set the ideal; such sessions are not recorded
   std::vector<gpu::Image> pictures;
 
-  // Session page.
+  // Members of the session page.
   WorkbenchStatus status;
   session::Score score;
   bool score_known = false;    // the result has been evaluated at least once
@@ -242,15 +248,15 @@ struct OperatorState {
   bool trainee_seen = false;  // this window can show the trainee's picture
   bool own_possible = false;  // this window can show the operator's free viewpoint
   Viewpoint viewpoint;
-  Look look;                  // look of the picture in this window
-  bool look_in_work = false;  // parts of the look are still being computed
+  Look look;                  // settings of the picture in this window (views, colours)
+  bool look_in_work = false;  // parts of the picture with these settings are still being computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;                                // tissues in the scene, one bit each
   int look_changes = 0;                                     // number of changes of `look` since the session's start
   std::array<float, kTissueCount> stiffness{};              // authoring: factors on the materials' stiffness
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring: sRGB colours
   bool held = false;
-  std::array<float, 240> forces{}, ticks_us{};  // curves of the last seconds: force in N, duration of a tick in µs
+  std::array<float, 240> forces{}, ticks_us{};  // curves of the last seconds: force in N, and duration of a tick in µs
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // left eye of the trainee's picture
   glm::dmat2 live_upright{1.0};
@@ -260,27 +266,27 @@ struct OperatorState {
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // width / height of the picture
 
-  // Result page.
+  // Members of the result page.
   Outcome outcome;
   const gpu::Image* result_picture = nullptr;  // picture of the outcome
   ExerciseForm exercise;
 
-  // Archive page.
+  // Members of the archive page.
   std::vector<SessionEntry> sessions;
   int session = 0, mesh_format = 0;
   ImportForm import;
   std::string dropped;
 
-  // Page for planning an implant.
+  // Members of the page for planning an implant.
   PlanForm plan;
-  // Page of experiments. Exercise, hand, picture and person are those of the start page.
+  // Members of the page of experiments. Exercise, hand, picture and person are those of the start page.
   ExperimentForm experiment;
   std::optional<ExperimentFinding> experiment_found;
 
-  // Page about this computer.
+  // Members of the page about this computer.
   std::vector<DoctorFinding> findings;
 
-  // The running long task.
+  // State of the running long task.
   bool busy = false;
   double busy_fraction = 0;
   std::string busy_what;
@@ -301,7 +307,7 @@ struct OperatorState {
   std::string words(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);
   }
-  /// A shortcut with the reader's key names: "Ctrl+Z" in German is "Strg+Z".
+  /// Text of a shortcut with the reader's key names: "Ctrl+Z" in German is "Strg+Z".
   std::string keys(std::string name) const {
     for (const auto& [english, key] : {std::pair{"Ctrl", "op.control"}, std::pair{"Space", "op.space_bar"}})
       if (const std::size_t at = name.find(english); at != std::string::npos)
@@ -312,7 +318,7 @@ struct OperatorState {
   std::string number(double value, int decimals) const { return session::number_text(value, decimals, language); }
 };
 
-// The pages. Call each between InterfaceWindow::begin() and end().
+// Functions that draw the pages. Call each between InterfaceWindow::begin() and end().
 void draw_start_page(OperatorState& s, InterfaceWindow& w);
 void draw_loading_page(OperatorState& s, InterfaceWindow& w);
 void draw_session_page(OperatorState& s, InterfaceWindow& w);

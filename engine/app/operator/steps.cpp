@@ -9,10 +9,11 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTouch = 500'000'000;  // ns, total contact time that counts as touching
+constexpr Nanos kTouch = 500'000'000;  // ns, total contact time after which the tool counts as having touched
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-constexpr double kMoved = 10 * kMillimetre;  // m, length of the hand's path that counts as moving the tool
-constexpr double kMost = 20 * kMillimetre;   // m; a larger step between two ticks is a jump of the input and is ignored
+constexpr double kMoved = 10 * kMillimetre;  // m, length of the hand's path after which the tool counts as moved
+// m, limit of the step between two ticks; a larger step is a jump of the input and is ignored
+constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace
 

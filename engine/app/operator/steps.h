@@ -1,5 +1,5 @@
-// The steps of a task, in order. A step is completed by a click, or by an action of the user if the task names an
-// action ("done", see session::kStepActions). Main thread.
+// The steps of a task, in order. A click completes a step. If the task names an action for the step ("done", see
+// session::kStepActions), this action of the user completes it instead. Main thread.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// The part of a session's state that steps depend on.
+/// The part of a session's state on which steps depend.
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
@@ -26,10 +26,10 @@ class StepWatcher {
   /// Index of the first step that is not done; count() if all are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// True if the current step is completed by an action instead of a click.
+  /// True if the current step waits for an action instead of a click.
   bool waits() const;
 
-  /// Evaluates the actions since the current step began. True if the step is now completed.
+  /// Evaluates the actions since the current step began. Returns true if the step is now completed.
   bool follow(const StepActions& now);
   /// Completes the current step, or reopens the last one, by a click.
   void next();
@@ -38,9 +38,9 @@ class StepWatcher {
  private:
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the start values for the current step are stored
+  bool begun_ = false;  // the values at the start of the current step are stored
   StepActions start_;
-  Nanos touched_ = 0, last_t_ = 0;  // ns of contact in this step
+  Nanos touched_ = 0, last_t_ = 0;  // ns, contact time in this step; time of the last tick
   double path_ = 0;                 // m, length of the hand's path in this step
   dvec3 last_p_{0};
 };

@@ -23,8 +23,9 @@ void end_page() {
 }
 
 namespace {
-constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;  // heights of text, of a titled page's parts
-}
+// heights of a titled page's parts, as multiples of the text height
+constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
+}  // namespace
 
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w) {
   begin_page(w);
@@ -102,7 +103,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Chinese has no spaces, and a single long word must not disappear.
+  // Chinese has no spaces, and a single long word must not disappear; in both cases the text is cut between
+  // characters.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
@@ -118,7 +120,7 @@ void one_line(const std::string& text, float room) {
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
-  // The value is always complete; a name that is too long is shortened.
+  // The value is always shown completely; a name that is too long is shortened.
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
@@ -169,7 +171,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These actions would end the running task.
+  // These actions would end the running task, so they are disabled during a task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);

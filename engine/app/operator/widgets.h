@@ -23,8 +23,8 @@ void end_page();
 
 /// Begins a page with a heading. Returns the size of its body, which is above the message line and the foot.
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
-/// Ends that page: the message line or the progress of a long task, and the button back to the selection. Esc cancels
-/// the task. `can_leave`: the button is enabled. `more`: draws further buttons of this size beside it.
+/// Ends a titled page: draws the message line or the progress of a long task, and the button back to the selection.
+/// Esc cancels the task. `can_leave`: the button is enabled. `more`: draws further buttons of this size beside it.
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
                      const std::function<void(ImVec2 size)>& more = {});
 
@@ -40,14 +40,14 @@ void dim_wrapped(const std::string& text);
 /// Shortens the text with an ellipsis if it is wider than `room`. The text is cut between words if possible and never
 /// inside a character. `width`: measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// fitted() for the present font.
+/// Same as fitted() above, measured with the present font.
 std::string fitted(const std::string& text, float room);
 /// Draws one line of text; a shortened line has its full text as a tooltip.
 void one_line(const std::string& text, float room);
 /// Shows the name at the left and the value at the panel's right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
-/// The main action of a page.
+/// The button for the main action of a page.
 bool main_button(const char* text, ImVec2 size);
 /// The button of the emergency stop.
 bool stop_button(const char* text, ImVec2 size);
@@ -57,7 +57,8 @@ bool toggle_button(const char* text, bool on, ImVec2 size);
 /// Colour for a fraction of the possible points; red if the pass mark is missed.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
-/// A button that shows its shortcut. The button and the shortcut both issue the request. `main`: the main action.
+/// A button that shows its shortcut. The button and the shortcut both issue the request. `main`: draws it as the main
+/// action.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
 /// True if the shortcut was pressed in this frame.
@@ -75,8 +76,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// A field for the unit of a mesh in mm.
 void unit_field(float& unit_mm);
 
-/// A line about a right that the system granted or refused to the session's loop, as in the report. There are no lines
-/// before the first tick.
+/// A line about a right that the system granted or refused to the session's loop; same text as in the report. Before
+/// the first tick, no lines exist.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

@@ -12,12 +12,13 @@ namespace typodont {
 
 namespace {
 
-// Hounsfield units, only for pictures and mean values.
+// Hounsfield units of tissues, only for pictures and mean values.
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
-constexpr double kShortestCanal = 8e-3;  // m
-constexpr double kSection = 2e-3;        // m along a canal
-constexpr double kWholeSection = 0.6;    // smallest size of a section that is used, relative to the median section
-constexpr int kSlab = 16;                // samples copied at a time along x
+constexpr double kShortestCanal = 8e-3;  // m, lower limit of a canal's length
+constexpr double kSection = 2e-3;        // m, length of a section along a canal
+// lower limit of a section's size, relative to the median section; smaller sections are not used
+constexpr double kWholeSection = 0.6;
+constexpr int kSlab = 16;  // number of samples that are copied at a time along x
 
 constexpr std::array<glm::ivec3, 6> kFaces{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
                                            glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
@@ -125,8 +126,9 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        piece = distances_within_piece(piece.back().first);  // now from one end to the other
-        // Steps along faces make a path up to √3 longer than it is, so the length comes from the centres below.
+        piece = distances_within_piece(piece.back().first);  // a search from one end to the other
+        // A path in steps along faces is longer than the canal, by a factor of up to √3. So the length is computed
+        // from the centres below.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));
@@ -148,7 +150,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // The volume between the first and the last centre, over the length between them, is the mean section.
+        // The mean section is the volume between the first and the last centre, divided by the length between them.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

@@ -1,5 +1,5 @@
-// A jaw's tissue as plain samples, for planning: labels and grey values at any point, and the nerve canals. Made once;
-// after that any thread.
+// A jaw's tissue as plain samples, for planning: labels and grey values at any point, and the nerve canals.
+// Constructed once, then used by any thread.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,16 @@ namespace typodont {
 /// Points are in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies the labels and the hardness of the whole volume, at most kMostSamples of them: a larger volume is sampled
-  /// at every second voxel, or fewer.
+  /// Copies the labels and the hardness of the whole volume, at most kMostSamples samples. A larger volume is sampled
+  /// at every second voxel, or more coarsely.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMostSamples = 1e8;
 
-  /// Label of the nearest sample; kAir outside the tissue.
+  /// Label of the sample nearest to p; kAir outside the tissue.
   Tissue at(const dvec3& p_W) const;
-  /// Grey value of the nearest sample, Hounsfield units: the tissue's own grey value times its hardness; −1000 in air.
+  /// Grey value of the sample nearest to p, Hounsfield units: the tissue's own grey value times its hardness; −1000
+  /// in air.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
@@ -39,7 +40,7 @@ class PlanningTissue {
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Index of the nearest sample; the number of samples if it lies outside.
+  /// Index of the sample nearest to p; the number of samples if p lies outside.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *
@@ -49,7 +50,8 @@ class PlanningTissue {
   bool inside(const glm::ivec3& p) const {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
-  /// Geodesic distances, in samples, from `from` within its connected piece of one tissue. The farthest sample is last.
+  /// Geodesic distances from `from`, in samples, within its connected piece of one tissue. The list is sorted, so the
+  /// farthest sample is last.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 
   VoxelFrame frame_;

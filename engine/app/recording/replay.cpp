@@ -71,7 +71,8 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording some numbers are missing, so the carver numbers the cuts itself.
+/// Applies the next cut. After a gap in the recording some numbers are missing, so the carver assigns new numbers to
+/// the cuts.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -84,7 +85,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  constexpr int kMostRecordings = 32;  // limit of the chain of recordings that continue each other
+  constexpr int kMostRecordings = 32;  // limit of the length of a chain of recordings that continue each other
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();

@@ -25,7 +25,7 @@ struct ReplayResult {
   double seconds = 0;
   std::uint64_t ticks = 0;
   std::uint64_t ticks_with_faults = 0;
-  std::uint64_t first_difference = 0;  // index of the first tick that differs; valid if not identical
+  std::uint64_t first_difference = 0;  // index of the first tick that differs; valid if `identical` is false
   std::string field_hash, force_hash;
   std::string what_differs;  // description of the first difference; empty if identical
 };
@@ -41,12 +41,12 @@ struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
   double force_off_rms = 0, force_off_max = 0;  // N, difference of the two forces over all ticks
-  double force_max = 0, force_max_before = 0;   // N, largest force now and in the recording
+  double force_max = 0, force_max_before = 0;   // N, largest force in the new run and in the recording
   double tool_off_rms = 0, tool_off_max = 0;    // m, difference of the drawn tool positions
-  double removed = 0, removed_before = 0;       // m³, removed volume now and in the recording
+  double removed = 0, removed_before = 0;       // m³, removed volume in the new run and in the recording
 };
-/// The session's scene, in which the keys of `overrides` (a JSON object) replace the scene's own; null removes a key.
-/// Throws Error.
+/// The session's scene with changes: the keys of `overrides` (a JSON object) replace the scene's own keys; null
+/// removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
 /// Feeds the recorded hand to the scene's servo, tick by tick. `out`: file for the new session (.h5); empty: the new
 /// session is not stored.
@@ -68,7 +68,8 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
                                     haptics::TissueVolume start);
 
-/// Index of the last tick that is not after t; index of the first tick if all are after t. The session must have ticks.
+/// Index of the last tick that is not after t; if all ticks are after t, index of the first tick. The session must
+/// have ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 

@@ -1,4 +1,4 @@
-// Uses the hand of a recorded session as a device: --hand replay:SESSION.h5.
+// Makes a device of the hand in a recorded session: --hand replay:SESSION.h5.
 #pragma once
 
 #include <filesystem>

@@ -12,16 +12,17 @@
 
 namespace typodont {
 
-/// Returns the scene, set to continue from this volume (.vdb) or session (.h5). Throws Error if the file is neither.
+/// Returns a copy of the scene that continues from this volume (.vdb) or session (.h5). Throws Error if the file is
+/// neither.
 Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 
 /// The tissue at the start of a session with this scene: the untouched tissue, or the tissue to continue from. The
-/// tissue of a recorded session includes its strokes, which can be undone. Throws Error, also if the tissue to continue
-/// from does not belong to the scene's own tissue.
+/// tissue of a recorded session includes its strokes, which can be undone. Throws Error; also if that tissue does not
+/// belong to the scene's own tissue.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
-/// Converts an undo or redo to the event in a recording, and back; edit_of() returns an empty optional for other
-/// events. Throws Error if the event's text is damaged.
+/// Converts an undo or redo to the event in a recording, and back. For other events, edit_of() returns an empty
+/// optional. Throws Error if the event's text is damaged.
 session::SessionEvent event_of(const StrokeEdit& edit);
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 

@@ -27,7 +27,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   std::error_code code;
   if (std::filesystem::exists(scene_file, code)) {
     header.files.push_back(session::describe_file(scene_file));
-  } else {  // a program passed the scene as text
+  } else {  // a program passed the scene as text, so no file exists
     Fnv1a hash;
     hash.bytes(scene.text.data(), scene.text.size());
     header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});
@@ -151,8 +151,9 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;       // ns between samples of the sound's parameters
-constexpr Nanos kFaultAgain = kNanosPerSecond;  // ns; a fault that returns sooner is not recorded again
+constexpr Nanos kSoundEvery = 10'000'000;  // ns between samples of the sound's parameters
+// ns, limit: if a fault ends and returns sooner than this, it is not recorded again
+constexpr Nanos kFaultAgain = kNanosPerSecond;
 
 std::vector<bool> rotating_tools(const Scene& scene) {
   std::vector<bool> turn;

@@ -1,4 +1,4 @@
-// Creates the contents of a session file, except the ticks.
+// Creates the data of a session file, except the ticks.
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// Stream of the second hand: its pose and its pedal, on the session's clock.
+/// Stream of the second hand: pose and pedal, on the session's clock.
 session::StreamSpec left_hand_stream();
 
-/// Stream of the eyes in front of a screen and of the view; one row per change.
+/// Stream of the eyes in front of a screen, and of the view; one row per change.
 session::StreamSpec head_stream();
 /// Name of a view: "look", "section", "xray", "difference".
 std::string_view view_name(render::View view) noexcept;
@@ -40,12 +40,12 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 session::StreamSpec sound_stream();
 
 /// Derives events from the ticks: change of the tool, start of a fault, input of the sound. Must get every tick in
-/// order. The recorder's thread.
+/// order. Used on the recorder's thread.
 class TickNotes {
  public:
-  /// `sound`: index of the sound's stream; empty without sound.
+  /// `sound`: index of the sound's stream; empty if there is no sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
-  /// `sound_latency`: s from a tick to its sound, NaN if unknown.
+  /// Adds a tick. `sound_latency`: s, time from a tick to its sound, NaN if unknown.
   void add(const ServoTick& tick, session::SessionWriter& writer,
            double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
 

@@ -13,7 +13,8 @@
 
 namespace typodont {
 
-/// Gets ticks and cuts in order. Data after the recording's first gap is not compared. One thread.
+/// Compares ticks and cuts, which must be passed in order. Data after the recording's first gap is not compared. One
+/// thread.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);
@@ -31,7 +32,7 @@ class StreamCheck {
   void tick(const ServoTick& replayed, const ServoTick& recorded);
   /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// Compares the final tissue. Call it after the last tick.
+  /// Compares the final tissue. Call this function after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:

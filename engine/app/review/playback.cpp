@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kJump = 5;  // s by which an arrow key moves
+constexpr double kJump = 5;  // s, step of an arrow key
 constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
 
 display::DisplayRig rig_of(const PlaybackOptions& options) {
@@ -178,7 +178,7 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // A film may take any time, but a window needs fluent pictures, so only a window lowers the quality.
+    // A film may take any time, but a window needs smooth motion. So the quality is lowered only for a window.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

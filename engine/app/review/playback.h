@@ -23,7 +23,7 @@ struct PlaybackOptions {
   double speed = 1;             // factor on the recorded speed; negative: backwards
   int loops = 1;                // repetitions of a film; in a window 0 plays once, any other value repeats forever
   double fps = 30;
-  std::string view = "look";   // name of the view: look, section, xray, difference
+  std::string view = "look";   // name of the view: look (normal), section, xray, difference
   std::filesystem::path film;  // .mp4 file; empty: a window
   int monitor = -1;
 };
@@ -34,7 +34,8 @@ struct PlaybackResult {
   std::string message;  // names data that is missing in the film; empty if it is complete
 };
 
-/// Plays until the window is closed. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws Error, RunFailure.
+/// Plays the sessions until the window is closed. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws
+/// Error, RunFailure.
 void show_session(const PlaybackOptions& options);
 /// Makes a film. The film has sound if it plays forward, at normal speed, once. Throws Error, RunFailure.
 PlaybackResult film_session(const PlaybackOptions& options, Progress& progress);

@@ -31,7 +31,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Keep the order of the changes, even if the clocks of two threads differ.
+  // Keeps the order of the changes, even if the clocks of two threads differ.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -55,7 +55,7 @@ void SessionPlayer::smooth_to(float tolerance) {
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
   std::vector<render::MeshUpdate> surface = view_->update(*carver_);
-  // After a restart of the tissue, update all its bricks, and remove shown bricks that no longer exist.
+  // After a restart of the tissue, all its bricks are updated, and shown bricks that no longer exist are removed.
   std::set<std::uint64_t> gone;
   if (std::exchange(anew_, false)) gone.swap(shown_);
   for (const render::MeshUpdate& brick : surface) {
@@ -74,7 +74,8 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // If playback starts later, the first cut is not number 1, so the carver numbers the cuts itself.
+      // If playback starts later, the first cut does not have number 1, so the carver assigns new numbers to the
+      // cuts.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -100,7 +101,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      if (carver.strokes().done == last.strokes) carver.undo();  // otherwise the stroke changed nothing
+      // if the number differs, the stroke changed nothing and was discarded
+      if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();
     } else {

@@ -1,5 +1,5 @@
 // Plays back a recorded session: tissue and tool at any time, forward and backward. It applies the recorded cuts in
-// order, including undone strokes. Drawing thread.
+// order, including strokes that were undone later. Drawing thread.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to time t, s. Forward it applies the cuts in between; backward it undoes the strokes in between and repeats
-  /// a part of the last one.
+  /// Moves to time t, s. A move forward applies the cuts in between. A move backward undoes the strokes in between
+  /// and repeats a part of the last one.
   void seek(double t);
   /// The last tick that is not after the present time.
   const ServoTick& tick() const { return tick_; }
@@ -48,12 +48,12 @@ class SessionPlayer {
     const Cut* cut = nullptr;  // the cut; null: the change is an edit
     bool redo = false;
   };
-  /// Data to undo a change.
+  /// Data that is needed to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index of the first change in deeds_
     std::size_t strokes;  // number of the tissue's strokes before the change
-    bool forgets;         // the change discards undone strokes, so it cannot be reverted
+    bool forgets;         // the change discards undone strokes, so it cannot be undone here
   };
   void from_the_start();
   void go_back(Nanos t);
@@ -64,7 +64,7 @@ class SessionPlayer {
   double begin_ = 0, end_ = 0;
   std::vector<Deed> deeds_;
   std::optional<haptics::Carver> carver_;
-  std::size_t next_ = 0;  // index of the next change in deeds_
+  std::size_t next_ = 0;  // index in deeds_ of the next change
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
   std::vector<ServoTick> block_;  // ticks that were read together
@@ -75,7 +75,7 @@ class SessionPlayer {
   bool anew_ = false;              // the carver was restarted since the last take_surface()
 };
 
-/// State of the playback: position, speed, loop. Does not read a clock.
+/// State of the playback: position, speed, loop. Independent of any clock.
 struct PlayClock {
   double begin = 0, end = 1;  // s, range that can be played
   double from = 0, to = 1;    // s, range of the loop

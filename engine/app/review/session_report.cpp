@@ -15,11 +15,11 @@ namespace typodont {
 
 namespace {
 
-constexpr float kTolerance = 0.3f;  // voxels, largest distance of the report's triangles from the surface
+constexpr float kTolerance = 0.3f;  // voxels, limit of the distance of the report's triangles from the surface
 
 constexpr int kMostLabels = 200;  // limit of the samples along a side; they add some hundred kilobytes to a page
 
-/// The label of every n-th voxel, so that no side has more than kMostLabels.
+/// Returns the label of every n-th voxel; n is chosen so that no side has more than kMostLabels.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
@@ -33,12 +33,12 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Limit of the number of a body's own triangles; this many take some ten megabytes of a page. With more triangles the
-/// page shows the field's surface.
+/// Limit of the number of a body's own triangles; at the limit, they take some ten megabytes of a page. If there are
+/// more triangles, the page shows the field's surface.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// `own`: use the triangles of volume.mesh() instead of those of the field. `ideal`: with recomputed distances; null:
-/// the model has no deviations.
+/// Makes the model. `own`: use the triangles of volume.mesh() instead of those of the field. `ideal`: field with
+/// recomputed distances; null: the model has no deviations.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
@@ -81,7 +81,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     EvaluatedSession judged = evaluate_session(session);
-    // An open mesh has no inside: its field was closed with a cap or made a shell.
+    // An open mesh has no inside; its field was closed with a cap or made a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);

@@ -1,4 +1,4 @@
-// Prepares the report of a recording: rebuilds, scores, meshes and compares the tissue.
+// Prepares the report of a recording: restores, scores, meshes and compares the tissue.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +13,8 @@ namespace typodont {
 
 class Progress;
 
-/// Additional data for the report. If the tissue is not available, the report contains only the volumes from the file,
-/// and a message.
+/// Computes the data for the report that the session file lacks. If the tissue is not available, the report contains
+/// only the volumes from the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
 /// The final surface and its distance from the task's ideal, for a session without a recording. Throws Error if the
@@ -23,12 +23,12 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// summary_of() by the rules of `scene` (evaluate_session). Throws Error if the scene's tissue or its ideal cannot be
-/// built.
+/// Same as summary_of(), but by the rules of `scene` (evaluate_session). Throws Error if the scene's tissue or its
+/// ideal cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
-/// All sessions in `folder`, sorted by file name; unreadable files are skipped with a message. Throws Error if there is
-/// no session, or Cancelled.
+/// Summaries of all sessions in `folder`, sorted by file name; unreadable files are skipped with a message. Throws
+/// Error if there is no session, or Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
 /// Sessions in `folder` of the same scene and trainee that are older than this one; oldest first. Files that are not

@@ -32,8 +32,9 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-constexpr std::size_t kMostWaiting = 1 << 16;  // bytes that may wait for a reader, about 100 messages
-constexpr std::size_t kMostAsked = 1 << 13;    // bytes, size limit of a reader's request
+// bytes, limit of the data that may wait for a reader; about 100 messages
+constexpr std::size_t kMostWaiting = 1 << 16;
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes, size limit of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
 /// A non-blocking socket.
@@ -87,7 +88,7 @@ Address read_address(const std::string& text) {
   return address;
 }
 
-/// A socket that is connected to the address (UDP) or listens at the address (TCP).
+/// Opens a socket that is connected to the address (UDP) or listens at the address (TCP).
 Socket open_socket(const Address& address, const std::string& text) {
   addrinfo hints{};
   hints.ai_socktype = address.osc ? SOCK_DGRAM : SOCK_STREAM;
@@ -106,13 +107,14 @@ Socket open_socket(const Address& address, const std::string& text) {
   return socket;
 }
 
-/// A program that is connected over WebSocket.
+/// A program that is connected by WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;     // the reader's request, until it is complete
+  std::string asked;     // the reader's request; incomplete at first
   std::string waiting;   // data to send
   bool greeted = false;  // the handshake is complete
-  // Start of the time in which none of the `waiting` data could be sent, or in which the request was incomplete.
+  // Start of the present time without progress: none of the `waiting` data could be sent, or the request was
+  // incomplete.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
@@ -165,8 +167,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // ns, session's zero on the monotonic clock
-  Nanos unix_zero = 0;  // ns, session's zero since 1970
+  Nanos zero = 0;       // ns, zero of the session's time on the monotonic clock
+  Nanos unix_zero = 0;  // ns, zero of the session's time since 1970
   int port = 0;
 
   std::string hello() const {
@@ -219,7 +221,7 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// Answers the handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser names the page in the
+/// Answers the handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser states the page in the
 /// Origin header.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
@@ -257,10 +259,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// After the handshake, readers send only control frames.
+/// After the handshake, a reader sends only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // limits the time spent on a reader that sends without pause
+  constexpr int kMostReads = 16;  // limit of the number of reads, because a reader may send without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -279,7 +281,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // Time in NTP format: since 1900, in units of 2^-32 s.
+  // The time in NTP format counts from 1900, in units of 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -289,7 +291,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // If nobody listens or the system's buffer is full, the message is lost.
+    // If no program listens or the system's buffer is full, the message is lost.
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

@@ -12,19 +12,20 @@
 
 namespace typodont {
 
-/// Data about the session that is sent once to every reader.
+/// Data about the session. Every reader gets it once.
 struct StreamedSession {
   std::string scene;               // name of the scene
   std::vector<std::string> tools;  // names of the tools; ServoTick::tool is an index into them
   double servo_rate = 1000;        // Hz
 };
 
-/// Sends to all readers. One thread calls all functions; it must not be the servo thread. No function waits: a slow
-/// reader loses messages. A reader that reads nothing, or sends no request, for kPatience is disconnected.
+/// Sends messages to all readers. One thread calls all functions; it must not be the servo thread. No function waits,
+/// so a slow reader loses messages. A reader that reads nothing, or sends no request, for kPatience is disconnected.
 class StateStream {
  public:
-  /// `addresses`: "osc:PORT", "osc:HOST:PORT" (messages are sent there), "ws:PORT", "ws:HOST:PORT" (readers connect
-  /// there). The default host is this computer (127.0.0.1). Throws Error for an invalid address or a port in use.
+  /// `addresses`: "osc:PORT" or "osc:HOST:PORT", to which messages are sent; "ws:PORT" or "ws:HOST:PORT", to which
+  /// readers connect. The default host is this computer (127.0.0.1). Throws Error for an invalid address or a port in
+  /// use.
   StateStream(const std::vector<std::string>& addresses, StreamedSession session);
   ~StateStream();
   StateStream(const StateStream&) = delete;
@@ -41,10 +42,10 @@ class StateStream {
   void turn();
 
   struct Counts {
-    std::uint64_t readers = 0;  // readers that are now connected over WebSocket
-    std::uint64_t sent = 0;     // messages passed to the system
-    std::uint64_t skipped = 0;  // messages that a slow reader did not get
-    std::uint64_t cut_off = 0;  // readers that were disconnected because they did not read
+    std::uint64_t readers = 0;  // number of readers that are now connected by WebSocket
+    std::uint64_t sent = 0;     // number of messages passed to the system
+    std::uint64_t skipped = 0;  // number of messages that slow readers did not get
+    std::uint64_t cut_off = 0;  // number of readers that were disconnected because they did not read
   };
   Counts counts() const;
   /// Port of the first WebSocket address; 0: none. For "ws:0" the system chooses the port.

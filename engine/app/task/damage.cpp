@@ -10,8 +10,9 @@ namespace typodont {
 namespace {
 
 constexpr double kCell = 0.1e-3;    // m, side of the cells that measure the damaged volume
-constexpr double kMoved = 0.01e-3;  // m; the head is evaluated again when a part of it has moved by this distance
-constexpr double kSlack = 0.01e-3;  // m, tolerance above the error of the fields, because touching is not damage
+constexpr double kMoved = 0.01e-3;  // m, motion of any part of the head after which the head is evaluated again
+// m, tolerance in addition to the error of the fields, because touching is not damage
+constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;
@@ -52,7 +53,8 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-        } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {  // the gum overlaps the tooth
+          // the second condition is needed because the gum overlaps the tooth
+        } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
           gum_.insert(cell_of(p_W));
         }
       }

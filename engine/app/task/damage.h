@@ -1,7 +1,7 @@
 // Damage that a bur does to the neighbouring teeth and the gum. These are not in the haptic field, so the damage is
-// computed from the ticks alone: the rotating head of the drawn tool is swept through the fields of the surroundings. A
-// recording therefore gives the same result. A scene without surroundings has no cost; far from them a tick costs two
-// distance queries.
+// computed from the ticks alone: the rotating head of the drawn tool is swept through the fields of the surroundings.
+// So a recording gives the same result. For a scene without surroundings there is no cost; far from the surroundings,
+// a tick costs two distance queries.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. It must get every tick in order, in pieces of any size. One thread.
+/// Computes the damage from the ticks. Must get every tick in order, in pieces of any size. One thread.
 class DamageMeter {
  public:
   /// `tools`: the tools of the session; ServoTick::tool is an index into them.

@@ -19,8 +19,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m, margin around the changes in which scores are computed
-constexpr float kChanged = 0.02f;                         // voxels; a smaller difference counts as equal
+// m, margin around the changed region in which scores are computed
+constexpr double kMargin = session::kPulpReach + 0.5e-3;
+constexpr float kChanged = 0.02f;  // voxels, tolerance: a smaller difference counts as equal
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;
@@ -28,15 +29,15 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
   return solids;
 }
 
-/// Converts the boundary between labelled and other voxels to a smooth distance in voxels: each voxel counts with the
-/// fraction of labelled voxels among its 27 neighbours, so that the surface has no steps.
+/// Converts the boundary between labelled and other voxels to a smooth distance in voxels. Each voxel counts with the
+/// fraction of labelled voxels in its 3×3×3 neighbourhood, so that the surface has no steps.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
   for (std::size_t i = 0; i < marked.size(); ++i) {
     marked[i] = std::find(wanted.begin(), wanted.end(), copy.tissue[i]) != wanted.end() ? 1.0f : 0.0f;
   }
-  // Box filter of width three along each axis.
+  // Applies a box filter of width three along each axis.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> blurred(marked.size());
     for (int x = 0; x < n.x; ++x) {
@@ -81,7 +82,8 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Uses the surface of a closed mesh as the ideal; all tissue more than a voxel outside the mesh must be removed.
+/// Uses the surface of a closed mesh as the ideal. All tissue that lies more than a voxel outside the mesh must be
+/// removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -208,7 +210,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
-    // The ideal is the final tissue of a session.
+    // In this case the ideal is the final tissue of a session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
@@ -237,7 +239,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
-  // Find a box that contains all three volumes.
+  // Finds a box that contains all three volumes.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -333,7 +335,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // computed volumes, not those of the file
+  input.before = start.volumes();  // uses computed volumes, not those in the file
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);

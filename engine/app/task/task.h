@@ -18,7 +18,8 @@ namespace typodont {
 /// The ideal tissue; empty if the task has no ideal. `start`: load_tissue(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Evaluates results for one scene. Contains copies of its arguments, so they may change. One thread at a time.
+/// Evaluates results for one scene. The object copies its arguments, so they may change afterwards. One thread at a
+/// time.
 class TaskEvaluator {
  public:
   /// Builds the ideal. Throws Error if it cannot be built.
@@ -33,7 +34,7 @@ class TaskEvaluator {
   /// Initial, final and ideal tissue on a common voxel grid, in the region that was changed or should have been
   /// changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// The meter of an exploration task. It must get the ticks; its result is part of the score's input.
+  /// The meter of an exploration task. It must get the ticks, because its result is part of the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -43,14 +44,14 @@ class TaskEvaluator {
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
 };
 
-/// Data about the hand after a session, recorded or not: everything that a score needs besides the tissue.
+/// Data about the hand after a session, recorded or not. Together with the tissue, it determines the score.
 struct FinishedHand {
   session::ScoreInput input;  // measures of the hand and damage
   std::optional<session::ExploreMeter> explore;
   std::vector<ServoTick> unexplored;  // ticks that no meter has processed
 };
-/// Score of a finished session without the other data of the report. It equals the score of evaluate_session() for the
-/// session's recording. Takes a second or more. Throws Error if the scene's tissue or its ideal cannot be built.
+/// Score of a finished session, without the other data of the report. The score equals that of evaluate_session() for
+/// the session's recording. Takes a second or more. Throws Error if the scene's tissue or its ideal cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
 /// A recorded session with its tissue, rebuilt from the cuts, and its score.
@@ -64,7 +65,8 @@ struct EvaluatedSession {
 };
 /// Rebuilds the tissue of the session and computes its score. Throws Error if the tissue is missing or has changed.
 EvaluatedSession evaluate_session(const session::SessionReader& session);
-/// evaluate_session() by the rules of `scene`, which must equal the session's scene except for the rules (scene_with).
+/// Same as evaluate_session(), by the rules of `scene`. `scene` must equal the session's scene except for the rules
+/// (scene_with).
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

@@ -47,10 +47,10 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// The parameters of the JSON object, except the mesh.
+/// The parameters in the JSON object, except the mesh.
 struct Bone {
   double voxel = 0, band = 0;
-  dvec3 lo{0}, hi{0};  // bounds of the sampled box, frame W
+  dvec3 lo{0}, hi{0};  // m, bounds of the sampled box, frame W
   Pose X_MW;           // transformation from the scene to the mesh
   BoneClass made_of;
   BoneGrey grey;
@@ -79,7 +79,7 @@ Bone read(const Json& json) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                            fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
   }
-  // y points to the tongue, z points up.
+  // Axis y points to the tongue, axis z points up.
   dvec3 y = json["lingual"].vec3();
   y.z = 0;
   if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
@@ -177,14 +177,14 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // A distance changes by at most the distance between two points, so blocks that are far outside are skipped.
+  // A distance changes by at most the distance between two points. So blocks that are far outside are skipped.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {
     const std::size_t i = dense.at(x, y, z);
     const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
     const double outer = at(p_W), canal = bone.canal.distance(p_W);
-    // The jaw ends at the faces of the box.
+    // The jaw ends at the faces of the sampled box.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));

@@ -1,6 +1,6 @@
-// Jaw bone as tissue: the closed mesh of a jaw, with a cortical shell, cancellous bone of a class, and the nerve canal.
-// No openly licensed scan of a jaw includes grey values, so the grey values are synthetic: the mean of the class with a
-// variation per voxel.
+// Jaw bone as tissue: the closed mesh of a jaw, with a cortical shell, cancellous bone of a class, and the nerve
+// canal. No openly licensed scan of a jaw includes grey values, so the grey values are synthetic: the mean of the
+// class plus a variation per voxel.
 #pragma once
 
 #include <filesystem>
@@ -44,7 +44,7 @@ BoneGrey load_bone_grey();
 struct NerveCanal {
   std::vector<dvec3> path_W;  // m
   double radius = 0;          // m
-  /// Distance in m from a point to the canal's wall, negative inside; infinite if there is no canal.
+  /// Distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
   double distance(const dvec3& p_W) const;
 };
 NerveCanal read_nerve_canal(const Json& tissue);

@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// The tissue to draw, indexed by tissue; by default each tissue is drawn as itself.
+/// The tissues to draw, indexed by tissue. By default, each tissue is drawn as itself.
 class DrawnAs {
  public:
   DrawnAs() {

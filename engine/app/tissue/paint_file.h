@@ -17,7 +17,7 @@
 
 namespace typodont {
 
-/// All tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
+/// A brush stroke: all tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
@@ -29,11 +29,11 @@ struct PaintStroke {
 /// Reads the strokes from a file. Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// Applies the strokes in order: later strokes cover earlier ones. False if no stroke met tissue.
+/// Applies the strokes in order; later strokes cover earlier ones. Returns false if no stroke met tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// Factor on the stiffness of a tissue. It is the same everywhere: the mean of the strokes' factors, weighted by
-/// volume. 1 if no stroke painted the tissue.
+/// Factor on the stiffness of a tissue, equal everywhere: the mean of the strokes' factors, weighted by volume. 1 if
+/// no stroke painted the tissue.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

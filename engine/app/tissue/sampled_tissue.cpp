@@ -18,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // ns; faster sampling of solids without a mesh is not cached
-constexpr std::uintmax_t kMostKept = 1u << 30;        // bytes, limit for all cached files
+// ns, limit: if solids without a mesh are sampled faster than this, the result is not cached
+constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the size of all cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -33,7 +34,7 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // hardness values follow the labels
+  bool graded = false;  // true: hardness values follow after the labels
 };
 
 /// Processes data in pieces, because zlib's sizes are of type int. Returns false after a failure.
@@ -61,7 +62,7 @@ bool get(gzFile file, T* data, std::size_t count) {
 
 /// Writes the tissue to the cache file `path`. Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  // Lowest compression: most values are equal, and higher levels would take longer and save little.
+  // Uses the lowest compression level: most values are equal, so higher levels would take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =

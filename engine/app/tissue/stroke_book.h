@@ -14,7 +14,7 @@ namespace typodont {
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
   std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
-  PerTissue removed{};                   // m³, removed by all strokes that are not undone
+  PerTissue removed{};                   // m³, volume removed by all strokes that are not undone
   std::size_t painted = 0;               // number of brush strokes that are not undone
   std::uint64_t version = 0;             // changes whenever the tissue changes
 };
@@ -23,7 +23,7 @@ class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // `strokes`: the strokes of the tissue after the change.
+  // Adds a cut. `strokes`: the strokes of the tissue after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];

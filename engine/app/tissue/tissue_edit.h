@@ -16,11 +16,11 @@ struct DenseCopy {
   std::vector<std::uint8_t> hardness;  // see haptics/hardness.h; empty if all tissue has its own hardness
 };
 
-/// Copies the volume within its bounds and two voxels around them, or within a box of its voxels.
+/// Copies a box of the volume: its bounds with two voxels around them, or the given box of its voxels.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// `band`: m, see TissueVolume::band(). Distances outside the tissue are treated as inexact.
+/// Makes a volume. `band`: m, see TissueVolume::band(). Distances outside the tissue are treated as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes the inside of the solid; the labels do not change.

@@ -1,5 +1,5 @@
-// Common frame of every function of the C interface: it locks the handle, catches all exceptions, and stores the reason
-// of a failure.
+// The common part of every function of the C interface: it locks the handle, catches all exceptions, and stores the
+// reason of a failure.
 #pragma once
 
 #include <concepts>
@@ -18,7 +18,7 @@
 
 namespace typodont::bindings {
 
-// The objects behind the handles.
+// Types of the objects behind the handles.
 struct SceneObject;
 struct HandObject;
 struct CoreObject;
@@ -56,7 +56,7 @@ typodont_result guarded(Body&& body) noexcept {
   }
 }
 
-/// A handle's object, reserved for this thread until the end of the scope.
+/// A handle's object, locked for this thread until the end of the scope.
 template <class Handle>
 class HandleLock {
  public:
@@ -121,8 +121,8 @@ inline void require(bool holds, const char* text) {
 }
 
 constexpr std::uint32_t kLargestStruct = 4096;  // bytes, upper limit for the size of a struct in any version
-/// Tests whether a struct from this, an older or a newer version can be used. `first` is the size of the struct in the
-/// first release.
+/// Tests whether a struct is usable, if it comes from this, an older or a newer version. `first`: size of the struct
+/// in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
@@ -152,7 +152,7 @@ static_assert(kTissueCount <= TYPODONT_TISSUES);
 inline void put(const PerTissue& from, double* to) {
   for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
 }
-/// Fills all members except struct_size.
+/// Copies a tick to the host's struct; fills all members except struct_size.
 void put(const ServoTick& from, typodont_tick& out) noexcept;
 void put(const Cut& from, typodont_cut& out) noexcept;
 

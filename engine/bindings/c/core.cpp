@@ -22,7 +22,7 @@ constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such p
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
 /// Sets the processor's rounding and denormal modes, and restores the previous modes at the end of the scope. Hosts
-/// (games) change them, but equal samples must give equal bits in every host.
+/// (games) change these modes, but equal samples must give equal bits in every host.
 class IeeeArithmetic {
  public:
 #ifdef __SSE2__
@@ -53,7 +53,7 @@ bool usable(const typodont_sample* sample, const typodont_tick* out, const typod
 
 /// Loads the host's struct into the cache while the tick is computed; otherwise its stores delay the next call.
 void prefetch(typodont_tick& out) noexcept {
-  constexpr std::size_t kLine = 64;  // bytes
+  constexpr std::size_t kLine = 64;  // bytes, length of a cache line
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
 }
 
@@ -103,8 +103,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// Applies the servo's work since the last call to the tissue and to the recording, if the servo runs on another
-/// thread. Returns false if the servo did no work.
+/// If the servo runs on another thread, applies the work that the servo has done since the last call to the tissue
+/// and to the recording. Returns false if the servo has done no work.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
@@ -162,8 +162,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // Create a new patch before any later cut; the servo knows the number of the first cut that it must repeat on the
-    // patch.
+    // Creates a new patch before any later cut, because the servo stores the number of the first cut that it must
+    // repeat in the patch.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -182,7 +182,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m, nonzero: by default the host applies the torque, too
+    info.torque_limit = 1;  // N·m, not zero, because a host applies the torque by default
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
       const HandleLock<typodont_hand> held(hand);
@@ -200,7 +200,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
       info.vibration_band = options->vibration_band;
     }
     if (info.address.empty()) info.address = "program:";
-    const SessionFiles files;  // a scene may continue from a session file
+    const SessionFiles files;  // locked because a scene may continue from a session file
     *out = make_handle<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
     return typodont_result{TYPODONT_OK};
   });
@@ -251,7 +251,7 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
 
 typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out) {
   return with(core, [&](CoreObject& c) {
-    constexpr double kWorkspace = 100;  // m; a hand farther away is bad input for the servo, too
+    constexpr double kWorkspace = 100;  // m, limit; a hand farther away is bad input for the servo, too
     require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
             "the place where the tool starts: NULL, not finite, or too far away");
     require(!c.shared->channels, "the servo was given away already");
@@ -450,8 +450,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // limit for the number of rounds: the loop must finish only the work from before this call, even if the servo
-      // continues
+      // limit of the number of rounds. The loop must finish only the work from before this call, even if the servo
+      // continues to work
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

@@ -10,8 +10,8 @@ std::array<Slot, kSlots> g_slots;
 
 namespace {
 
-std::mutex g_mutex;                    // protects the following data
-std::vector<std::uint16_t> g_emptied;  // empty slots to reuse
+std::mutex g_mutex;                    // protects the data below
+std::vector<std::uint16_t> g_emptied;  // indices of empty slots that can be reused
 std::uint64_t g_used = 0;              // number of slots that were filled at least once
 
 }  // namespace

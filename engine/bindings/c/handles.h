@@ -55,7 +55,7 @@ class HeldHandle {
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }
-  /// Invalidates the handle. The caller owns its object.
+  /// Invalidates the handle. The caller then owns the handle's object.
   void* drop() noexcept;
 
  private:
@@ -64,7 +64,7 @@ class HeldHandle {
   Found found_ = Found::kBadHandle;
 };
 
-/// Creates a handle. Any thread, set-up time. Null if 4096 handles exist.
+/// Creates a handle. Any thread, set-up time. Returns null if 4096 handles exist.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

@@ -32,14 +32,14 @@ struct HandObject {
 /// The channels between the servo's thread and the core's thread. Each has one writer and one reader.
 struct Channels {
   explicit Channels(const haptics::Carver& carver) : patch(carver) {}
-  // Servo → core.
+  // Channel from servo to core.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // Servo → core, for recording: patches and cuts are pushed before the ticks that name them.
+  // Channels from servo to core, for recording. Patches and cuts are pushed before the ticks that name them.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
-  // Core → servo.
+  // Channel from core to servo.
   haptics::PatchExchange patch;
 };
 
@@ -64,7 +64,8 @@ struct CoreObject {
   std::optional<OfflineRecording> recording;  // beside the data that every tick reads, for the cache
   ServoTick tick;                             // the latest tick
   Cut cut;
-  // Next patch and next cuts from the servo's rings. They wait here until the tick that names them is recorded.
+  // The next patch and the next cuts from the servo's rings. They wait here until the tick that names them is
+  // recorded.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 

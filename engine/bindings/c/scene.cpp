@@ -33,7 +33,7 @@ bool finite(const double* v, int n) {
 typodont_result typodont_scene_open(const char* scene, const char* model, typodont_scene** out) {
   return guarded([&] {
     require(scene && out, "NULL for the scene's name or for the place of the handle");
-    const SessionFiles files;  // a packing of spheres is an HDF5 file
+    const SessionFiles files;  // locked because a packing of spheres is an HDF5 file
     give_scene(read_scene(scene), model, out);
   });
 }

@@ -36,7 +36,7 @@ void swap_bytes(const std::uint32_t* __restrict source, std::uint32_t* __restric
   for (int i = 0; i < count; ++i) out[i] = swapped(source[i]);
 }
 
-/// Interpolates two rows byte by byte.
+/// Interpolates between two rows, byte by byte.
 TYPODONT_VERSIONS
 void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, std::uint16_t w,
              std::uint8_t* __restrict out, int bytes) {
@@ -82,7 +82,7 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
   auto& kept = rows_[e];
   for (const Row& r : kept)
     if (r.of == row) return r.pixels.data();
-  // Replace the older row, because rows are requested from top to bottom.
+  // Replaces the older row, because rows are requested from top to bottom.
   Row& fresh = kept[0].of < kept[1].of ? kept[0] : kept[1];
   fresh.of = row;
   fresh.pixels.resize(static_cast<std::size_t>(count));

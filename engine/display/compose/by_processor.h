@@ -21,14 +21,14 @@ struct EyePixels {
 /// Fills parts of a picture like shaders/compose.frag. Stretched pixels differ by at most one or two steps of 255.
 class ProcessorComposer {
  public:
-  /// `part`: pixels of the target, within `place`. `eye`: the eye to draw; if rows alternate, the eye of the target's
-  /// first row. `out`: the target's BGRA bytes, with rows `pitch` bytes apart.
+  /// Composes a part of the target. `part`: pixels of the target, within `place`. `eye`: the eye to draw; if rows
+  /// alternate, the eye of the target's first row. `out`: the target's BGRA bytes, with rows `pitch` bytes apart.
   void compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part, std::uint8_t* out,
                std::size_t pitch);
 
  private:
-  // For each target pixel: the first of the two source pixels that it interpolates, and the weight of the second,
-  // 0..256.
+  // For each target pixel: the index of the first of the two source pixels between which it lies, and the weight of
+  // the second, 0..256.
   struct SourcePixels {
     std::vector<std::int32_t> from;
     std::vector<std::uint32_t> on;

@@ -12,7 +12,7 @@
 namespace typodont::display {
 
 _XDisplay* x_server() {
-  // A GLFW build for another desktop does not have this function.
+  // If GLFW was built for another desktop, it does not have this function.
   static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   return display_of ? display_of() : nullptr;
 }

@@ -10,14 +10,14 @@ struct _XDisplay;
 
 namespace typodont::display {
 
-/// Connection to the X server of GLFW's windows; null on another desktop.
+/// Connection of GLFW's windows to the X server; null on another desktop.
 _XDisplay* x_server();
 
-/// Delivers all desktop events since the last call to the windows. The returned number changes if there were events. If
-/// the desktop is not X11, it always changes.
+/// Delivers all desktop events since the last call to the windows. Returns a number that changes if events were
+/// delivered. If the desktop is not X11, the number changes in every call.
 std::uint64_t take_desktop_events();
 
-/// Waits until the desktop sends an event, but at most `most`.
+/// Waits until the desktop sends an event, but at most for `most`.
 void wait_for_desktop(Nanos most);
 
 /// Number of requests sent to the X server so far, with or without an answer.

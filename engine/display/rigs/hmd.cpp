@@ -1,5 +1,5 @@
-// A headset through OpenXR. The order of calls follows the specification and assumes nothing about a specific runtime.
-// It allows any order of formats, any number of images, missing extensions, and poses that are not yet valid.
+// A headset through OpenXR. The order of calls follows the specification and makes no assumptions about the runtime.
+// The code accepts any order of formats, any number of images, missing extensions, and poses that are not yet valid.
 #include "engine/display/hmd.h"
 
 #include <fmt/format.h>
@@ -386,7 +386,7 @@ class OpenXrHmd final : public Hmd {
                   reinterpret_cast<const XrEventDataDisplayRefreshRateChangedFB&>(event).toDisplayRefreshRate);
         break;
       default:
-        break;  // event of an extension that is not used
+        break;  // the event belongs to an extension that is not used
     }
   }
 
@@ -396,7 +396,7 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // the runtime has changed its state again: the next event contains the new state
+        // the runtime has changed its state again; the next event contains the new state
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;
@@ -418,7 +418,8 @@ class OpenXrHmd final : public Hmd {
         if (!asked_to_exit_) throw RunFailure("headset: the runtime is going away (session loss pending)");
         over_ = true;
         break;
-      default:  // idle, synchronized, visible, focused: xrWaitFrame and xrSyncActions report their effect
+      // the states idle, synchronized, visible and focused: xrWaitFrame and xrSyncActions report their effect
+      default:
         break;
     }
   }
@@ -503,7 +504,8 @@ class OpenXrHmd final : public Hmd {
   /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
   /// at least 50 ms of history.)
   void judge(XrDuration period) {
-    XrTime present = display_time_ - 2 * period;  // certainly in the past; used if the runtime's clock is unknown
+    // a time that is certainly in the past; used if the runtime's clock is unknown
+    XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();
       const timespec at{static_cast<time_t>(t / kNanosPerSecond), static_cast<long>(t % kNanosPerSecond)};

@@ -64,7 +64,8 @@ class XPicture final : public SharedPicture {
       XSetErrorHandler(before);
       attached_ = attached_ && !refused;
     }
-    ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // the memory is freed when its last user detaches or ends in any way
+    // the memory is freed when its last user detaches or ends, for whatever reason
+    ::shmctl(segment_.shmid, IPC_RMID, nullptr);
     if (!attached_) return drop(), false;
     if (composed_) return true;
     image_ =
@@ -91,9 +92,9 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      // wait for the last frame, because no later frame has waited for it
+      // waits for the last frame, because no later frame has waited for it
       gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
-    XSync(display_, False);  // wait until the server has read the previous frame
+    XSync(display_, False);  // waits until the server has read the previous frame
     if (composed_)
       finish();
     else

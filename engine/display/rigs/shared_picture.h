@@ -23,12 +23,12 @@ class SharedPicture {
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 
-  /// Sets the size in pixels. The old content is lost. False if no memory can be shared any more.
+  /// Sets the size in pixels. The old content is lost. Returns false if memory can no longer be shared.
   virtual bool resize(ivec2 size) = 0;
   /// The target to draw into. Its content is kept from frame to frame.
   virtual Target target() = 0;
-  /// Shows the finished picture: all of it, or these parts. `finish` fills the memory if the picture is composed on the
-  /// CPU.
+  /// Shows the finished picture: all of it, or only the given parts. `finish` fills the memory if the picture is
+  /// composed on the CPU.
   virtual void show(std::span<const Part> parts, const std::function<void()>& finish) = 0;
   void show_all(const std::function<void()>& finish) { show(std::array{Part{0, 0, size().x, size().y}}, finish); }
   virtual ivec2 size() const = 0;

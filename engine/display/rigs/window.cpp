@@ -1,6 +1,6 @@
-// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering the picture goes through
-// memory shared with the desktop. This file handles resizing, minimising and a lost surface. It reports a lost device
-// to the caller, which sets up everything again.
+// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering the picture goes
+// through memory shared with the desktop. This file handles resizing, minimising and a lost surface. It reports a
+// lost device to the caller, and the caller sets up everything again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -54,7 +54,7 @@ class Window final : public Output {
       glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
-    // keep the trainee's full-screen picture if another window gets the focus
+    // the trainee's full-screen picture must stay if another window gets the focus
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
@@ -132,8 +132,8 @@ class Window final : public Output {
   }
 
   /// With software rendering, presenting waits for the drawing. Therefore this frame is not shown now, and the next
-  /// frame is prepared meanwhile. This frame is shown at the next acquire() or present(), or at the second poll() if
-  /// there is no next frame.
+  /// frame is prepared in the meantime. This frame is shown at the next acquire() or present(); if no next frame
+  /// comes, at the second poll().
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -257,7 +257,7 @@ class Window final : public Output {
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {
-      stale_ = true;  // this frame can still be shown
+      stale_ = true;  // the swapchain must be renewed, but this frame can still be shown
       return true;
     }
     if (result == VK_ERROR_OUT_OF_DATE_KHR) {
@@ -309,7 +309,8 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // The eyes' pictures contain sRGB bytes, which must stay unchanged: choose a surface format that does not encode.
+    // The eyes' pictures contain sRGB bytes, which must stay unchanged. So a surface format that does not encode is
+    // chosen.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");
@@ -364,7 +365,8 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // One more than the number of frames in flight, so that no semaphore is reused while a frame waits for it.
+    // The number is one more than the number of frames in flight, so that no semaphore is reused while a frame waits
+    // for it.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -403,8 +405,8 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::unique_ptr<SharedPicture> shared_;   // set: used instead of Vulkan's swapchain
-  std::optional<std::vector<Part>> parts_;  // drawn parts of the last target
+  std::unique_ptr<SharedPicture> shared_;   // if set, it is used instead of Vulkan's swapchain
+  std::optional<std::vector<Part>> parts_;  // parts of the last target that were drawn
   std::function<void()> finish_;            // composes the last target on the CPU
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;

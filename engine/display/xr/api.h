@@ -55,7 +55,7 @@ std::string name_of(XrResult result);
 /// An OpenXR instance. Every call goes through the gate.
 class Api {
  public:
-  /// Throws Error with a message of one line.
+  /// Opens the loader. Throws Error with a message of one line.
   explicit Api(RuntimeGate& gate);
   ~Api();
   Api(const Api&) = delete;

@@ -25,8 +25,8 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // Prefer the renderer's own format, because then pictures are only copied. A linear format is the last choice,
-  // because a compositor interprets its bytes as linear light.
+  // The renderer's own format is preferred, because pictures are then only copied. A linear format is the last
+  // choice, because a compositor interprets its bytes as linear light.
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})
@@ -38,7 +38,7 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   if (!wants_depth_) return;
   try {
     depth_ = create(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-  } catch (const RunFailure&) {  // the driver cannot share images in this offered format: try the next one
+  } catch (const RunFailure&) {  // the driver cannot share images in this format, so the next format is tried
     wants_depth_ = false;
   }
 }
@@ -91,7 +91,7 @@ void EyePictures::record(VkCommandBuffer commands, const gpu::Image& pictures, c
       const VkImageCopy copy{.srcSubresource = from, .dstSubresource = to, .extent = extent};
       vkCmdCopyImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,
                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
-    } else {  // this format needs a conversion of the encoding
+    } else {  // pictures in this format must be converted to another encoding
       const VkOffset3D end{drawn_size_.width, drawn_size_.height, 1};
       const VkImageBlit blit{from, {{0, 0, 0}, end}, to, {{0, 0, 0}, end}};
       vkCmdBlitImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,

@@ -21,7 +21,7 @@ struct Profile {
   std::array<Binding, 4> buttons;
 };
 
-// Component paths from the specification's chapter "Interaction Profile Paths".
+// The component paths are from the specification's chapter "Interaction Profile Paths".
 constexpr std::array<Profile, 5> kProfiles{{
     {"/interaction_profiles/khr/simple_controller",
      {{{"pedal", "input/select/click", "input/select/click"},
@@ -155,7 +155,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
     hand.change_tool = pressed(change_tool, hands[i]);
     hand.mirror = pressed(mirror, hands[i]);
     out.recentre = pressed(recentre, hands[i]) || out.recentre;
-    // Use the aim pose; if the runtime has none for this controller, use the grip pose.
+    // Uses the aim pose; if the runtime has none for this controller, the grip pose.
     for (const auto& [what, space] : {std::pair{aim, aim_spaces[i]}, std::pair{grip, grip_spaces[i]}}) {
       const XrActionStateGetInfo info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, what, hands[i]};
       XrActionStatePose state{XR_TYPE_ACTION_STATE_POSE};
@@ -163,7 +163,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
       if (!state.isActive) continue;
       XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
       api.call("xrLocateSpace", api.LocateSpace, space, base, time, &location);
-      // A hand out of sight can have a valid pose that is not tracked; do not drill with it.
+      // A hand that is out of sight can have a valid pose that is not tracked. Such a pose must not move a drill.
       if ((location.locationFlags & kTracked) != kTracked) continue;
       hand.tracked = true;
       hand.X_DA = pose_of(location.pose);

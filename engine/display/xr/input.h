@@ -25,11 +25,11 @@ class Input {
   struct State {
     bool focused = false;
     bool recentre = false;
-    std::array<Hand, 2> hands;  // left, right
+    std::array<Hand, 2> hands;  // hands in the order left, right
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Display names of the controllers. Call again after a change of controllers.
+  /// Display names of the controllers. Must be called again after a change of controllers.
   std::string profiles();
 
  private:

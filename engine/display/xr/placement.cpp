@@ -32,7 +32,8 @@ void Placement::recentre() {
 void Placement::place(const Pose& X_DV) {
   dvec3 forward = X_DV.R * dvec3(0, 0, -1);
   forward.y = 0;
-  if (glm::length(forward) < 0.05) {  // the user looks straight up or down: use the direction of the head's top or chin
+  // the user looks straight up or down, so the direction of the head's top or chin is used
+  if (glm::length(forward) < 0.05) {
     forward = X_DV.R * dvec3(0, (X_DV.R * dvec3(0, 0, -1)).y < 0 ? 1 : -1, 0);
     forward.y = 0;
   }

@@ -12,8 +12,8 @@ namespace typodont::session {
 
 namespace {
 
-// Units of files. SI values are multiplied by a power of ten, which is exact in a double, so that they are rounded only
-// once. The division for the way back also rounds once.
+// Units of files. SI values are multiplied by a power of ten, which is exact in a double, so that they are rounded
+// only once. The division that converts them back also rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -143,7 +143,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   using T = ServoTick;
   std::vector<Column<T>> c;
 
-  // The columns in the order of docs/interface.md, section 'Ticks'.
+  // The columns are in the order of docs/interface.md, section 'Ticks'.
   Column<T> t_s = derived<T>("t_s", "s", "when the hand was sampled, since the session's start",
                              [](const T& t) { return static_cast<double>(t.t) / 1e9; });
   t_s.set = [](T& t, const std::byte* in) {
@@ -207,7 +207,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // Results of contact models are only in CSV tables, because a replay computes them again.
+  // Results of contact models are only in CSV tables, not in session files, because a replay computes them again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;
@@ -221,7 +221,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
-  // Further columns, with all bits, for the replay.
+  // These further columns, with all bits, are for the replay.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));

@@ -43,14 +43,15 @@ struct Column {
   void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
   bool in_csv = true;
   bool in_file = true;
-  bool added = false;  // added after the first release: older files lack it, and the message keeps its default
+  // added after the first release: older files lack this column, and the message keeps its default
+  bool added = false;
 };
 
 const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Attribute `labels` of every column with tissues: "0 air, 1 enamel, …".
+/// Text of the attribute `labels`, which every column with tissues has: "0 air, 1 enamel, …".
 std::string tissue_labels();
 /// Names of the fault bits: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();

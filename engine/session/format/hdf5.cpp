@@ -14,7 +14,7 @@ thread_local std::string t_reason;
 
 /// HDF5 calls this function after every failed call. The error stack is valid until the next HDF5 call.
 herr_t keep_reason(hid_t stack, void*) {
-  // Walk downward from the outermost to the innermost call. The description of the innermost call names the cause.
+  // Walks from the outermost to the innermost call; the description of the innermost call names the cause.
   H5Ewalk2(
       stack, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
@@ -49,8 +49,8 @@ std::string h5_reason() {
 
 namespace {
 
-constexpr hsize_t kLargestChunk = 16u << 20;         // bytes
-constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes
+constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, limit of the size of a chunk
+constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, limit of the length of an attribute
 
 /// Opens the object at `path`, from group to group. Checks that every name in the path is a hard link.
 H5 open_object(const std::string& file, hid_t root, const std::string& path) {
@@ -101,7 +101,7 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // Compare the claimed size with the file's size, so that a small file cannot make the reader allocate much memory.
+  // Compares the claimed size with the file's size, so that a small file cannot make the reader allocate much memory.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());

@@ -27,7 +27,7 @@ class H5 {
     return *this;
   }
   ~H5() { reset(); }
-  /// False if closing failed, e.g. because buffered data could not be written.
+  /// Closes the identifier. Returns false if closing failed, e.g. because buffered data could not be written.
   bool reset() noexcept {
     const hid_t id = std::exchange(id_, -1);
     return id < 0 || close_(id) >= 0;
@@ -78,7 +78,7 @@ bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
 /// A scalar text dataset, UTF-8, of any length.
 bool write_text(hid_t group, const char* name, std::string_view text);
-/// `dataset` is the result of open_dataset().
+/// Reads a text dataset. `dataset` is the result of open_dataset().
 bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

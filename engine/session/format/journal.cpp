@@ -122,7 +122,7 @@ struct JournaledFile {
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
     const JournaledFile& file = of(f);
     if (!read_all(file.fd, bytes, size, place)) return -1;
-    for (const Journal::Change& change : file.changes) {  // the newest change is last and replaces older bytes
+    for (const Journal::Change& change : file.changes) {  // the newest change is last, so it replaces older bytes
       const haddr_t begin = std::max<haddr_t>(place, change.place);
       const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
       if (begin < last)
@@ -159,7 +159,8 @@ struct JournaledFile {
     file.end = file.real_end = file.end_of_addresses;
     return 0;
   }
-  static herr_t lock(H5FD_t*, hbool_t) { return 0; }  // recordings have their own lock, see layout.h
+  // HDF5's locks are not used, because recordings have their own lock, see layout.h
+  static herr_t lock(H5FD_t*, hbool_t) { return 0; }
   static herr_t unlock(H5FD_t*) { return 0; }
   static int compare(const H5FD_t* a, const H5FD_t* b) {
     struct stat first {
@@ -218,8 +219,8 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
   }
-  // Reserve disk space for the growth of the file, so that a full disk is detected before the file changes. Not every
-  // file system supports this.
+  // Reserves disk space for the growth of the file, so that a full disk is detected before the file changes. Not
+  // every file system supports this.
   if (new_end > old_end &&
       fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))

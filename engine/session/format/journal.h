@@ -16,16 +16,16 @@ namespace typodont::session {
 /// The journal of one file during its recording. Must outlive the HDF5 file. Recorder thread.
 class Journal {
  public:
-  /// `file` may have another name until start().
+  /// `file` may have another name until start() is called.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Makes `access` (H5P_FILE_ACCESS) open its file with this driver. False if HDF5 refuses.
+  /// Makes `access` (H5P_FILE_ACCESS) open its file with this driver. Returns false if HDF5 refuses.
   bool use(hid_t access);
-  /// Before this call, writes change the file directly. Afterwards the file changes only in commits; each HDF5 flush is
-  /// one commit.
+  /// Starts the journal. Before this call, writes change the file directly. Afterwards the file changes only in
+  /// commits; each HDF5 flush is one commit.
   void start() { started_ = true; }
   /// The reason why a commit or a write failed; empty if no commit or write failed.
   const std::string& failure() const { return failure_; }
@@ -50,8 +50,9 @@ class Journal {
 
 /// Path of the journal, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
-/// Writes the changes of a complete journal of `file` to `target` (`file` itself or a copy) and syncs the target. False
-/// if there is no journal, or only an unfinished one from a power cut; the file is then complete without it.
+/// Writes the changes of a complete journal of `file` to `target` (`file` itself or a copy) and syncs the target.
+/// Returns false if no journal exists, or only an unfinished one from a power cut; the file is then complete without
+/// the journal.
 bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
 /// True if `file` has a complete journal.
 bool has_journal(const std::filesystem::path& file);

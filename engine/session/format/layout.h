@@ -1,4 +1,4 @@
-// Definitions for both the writer and the reader of session files, besides the columns.
+// Definitions that the writer and the reader of session files both use, besides the columns.
 #pragma once
 
 #include <array>
@@ -13,8 +13,9 @@ namespace typodont::session {
 
 inline constexpr const char* kFormatName = "typodont-session";
 inline constexpr std::uint64_t kFormatVersion = 1;
-inline constexpr std::size_t kEventText = 256;    // bytes; longer texts continue in the next rows
-inline constexpr std::size_t kPictureText = 128;  // bytes
+// bytes, length of an event's text; a longer text continues in the next rows
+inline constexpr std::size_t kEventText = 256;
+inline constexpr std::size_t kPictureText = 128;  // bytes, length of a picture's name and title
 
 inline constexpr const char* kLostLabels =
     "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";

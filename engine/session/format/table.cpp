@@ -18,7 +18,7 @@ bool Table::create(hid_t file, const std::string& path, const std::string& text,
     H5Pset_chunk(properties.get(), 1, &chunk_rows);
     H5Pset_shuffle(properties.get());
     H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
-    H5Pset_fletcher32(properties.get());  // checksum to detect a damaged chunk
+    H5Pset_fletcher32(properties.get());  // a checksum, which detects a damaged chunk
     H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
     H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT, properties.get(),
                           H5P_DEFAULT),

@@ -28,7 +28,8 @@ template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;
   if (n.x < 2 || n.y < 2 || n.z < 2) return;
-  static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};  // 0 → a → b → 7
+  // corners a and b of each tetrahedron 0 → a → b → 7
+  static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   std::array<std::size_t, 8> offset{};
   for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kPiece = 8192;  // number of ticks that are read at once
 constexpr std::size_t kBins = 480;      // number of bins of the plots over time
-// ns, interval over which the hand's speed is measured, so that encoder noise averages out
+// ns, interval over which the hand's speed is measured; long enough that encoder noise averages out
 constexpr Nanos kSpeedOver = 20'000'000;
 
 struct Accumulator {

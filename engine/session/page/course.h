@@ -33,9 +33,9 @@ struct Course {
 /// Reads the session in pieces, so that the memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
-/// Input of the score: from the recorded result, or from the ticks if the session has no result.
+/// Input of the score: the recorded result; if the session has no result, computed from the ticks.
 ScoreInput input_of(const SessionReader& session, const Course& course);
-/// Score by the rules of the session's scene.
+/// Computes the score by the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
 /// Name of the recorded scene; empty if the recording has no scene.
 std::string scene_name_of(const SessionReader& session);

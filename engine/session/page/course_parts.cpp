@@ -21,7 +21,8 @@ constexpr std::size_t kMostEvents = 200;
 void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
                      const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
-  if (values.empty() || (values.front() == 0 && values.back() == 0)) return;  // the column was never measured
+  // the column was not measured in this session
+  if (values.empty() || (values.front() == 0 && values.back() == 0)) return;
   if (least_is_worst) std::reverse(values.begin(), values.end());
   const auto at = [&](double q) {
     return quantity(values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], unit);
@@ -70,7 +71,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   put("<h3>{} ({})</h3>\n", say(key), unit);
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
-  // The same data as a table of numbers, for readers who cannot see the plot.
+  // Writes the same data as a table of numbers, for readers who cannot see the plot.
   put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -185,7 +186,7 @@ void Page::loop_times(const LoopReport& loop) {
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // A quantile is the upper edge of its bin, which can exceed the largest value.
+    // A quantile is the upper edge of its bin, so it can exceed the largest value; it is limited to this value.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
@@ -200,7 +201,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // Show at least one decade, so that the axis has marks.
+  // Shows at least one decade, so that the axis has marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -271,7 +272,8 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  if (!heard || heard->column("latency_s").empty()) return;  // no sound, or the sound went to a file
+  // the session has no sound, or the sound was written to a file
+  if (!heard || heard->column("latency_s").empty()) return;
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",

@@ -1,4 +1,5 @@
-// A recorded stream with one row per frame, for the report. Refers to its session, which must outlive it.
+// A recorded stream with one row per frame, for the report. The object refers to its session, and the session must
+// outlive it.
 #pragma once
 
 #include <algorithm>

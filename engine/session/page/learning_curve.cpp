@@ -11,7 +11,7 @@ namespace typodont::session {
 
 namespace {
 
-/// The task's title in the reader's language, otherwise the scene's name.
+/// The task's title in the reader's language; if the task has no title, the scene's name.
 std::string heading_of(const SessionSummary& session, const Words& words, Language language) {
   if (!session.title.empty()) return session.title.in(language);
   return session.scene.empty() ? words.say("scene") : session.scene;
@@ -56,7 +56,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
                        words.number_text()),
           title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
-    // Draw the score with the pass mark.
+    // Draws the score with the pass mark.
     const Score& newest = mine.back()->score;
     curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
           [](const SessionSummary& s) -> std::optional<double> {

@@ -22,11 +22,12 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {150, 155, 162},
                                                                                 {232, 214, 180}}};
 
-/// Blue: too much tissue is left; grey: correct; red: cut too deep. Colour-blind readers can distinguish these colours.
+/// Blue: too much tissue remains; grey: correct; red: cut too deep. Colour-blind readers can distinguish these
+/// colours.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// `fraction`: -1 cut too deep, 0 correct, 1 too much tissue left.
+/// `fraction`: -1 cut too deep, 0 correct, 1 too much tissue remains.
 inline glm::vec3 difference_color(float fraction) {
   const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];

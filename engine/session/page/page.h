@@ -22,7 +22,7 @@
 
 namespace typodont::session {
 
-/// HTML from the doctype to the start of the body. The page loads no other files.
+/// The HTML from the doctype to the start of the body. The page loads no other files.
 std::string page_head(Language language, const std::string& title);
 
 /// Writes one page, and stores the data that all parts of the page need.
@@ -37,7 +37,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// `mark`: the pass mark as a fraction; negative: no pass mark.
+  /// Draws a gauge. `mark`: the pass mark as a fraction; negative: no pass mark.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
@@ -58,14 +58,14 @@ class Page : private Words {
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// "From the buccal side" if the scene describes the tooth's orientation, otherwise "From the front". `name` is
-  /// above, front, …
+  /// Text for a view: "From the buccal side" if the scene states the tooth's orientation, otherwise "From the front".
+  /// `name` is above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// Positions as 16-bit fractions of the result's bounds; normals and deviations as 8 bits.
+  /// The model as text: positions as 16-bit fractions of the result's bounds; normals and deviations with 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -77,18 +77,18 @@ class Page : private Words {
   /// The phases of an exercise in implant surgery, and the force in each phase.
   void implant();
 
-  /// Text of an event, with tools and faults in the reader's language.
+  /// Text of an event; tools and faults have names in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();
-  /// Strip below the force plot that shows the touched tissue.
+  /// Draws the strip below the force plot that shows the touched tissue.
   void touched();
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Median, 99 %, 99.9 % and maximum of the loop's times in a live session.
+  /// Writes median, 99 %, 99.9 % and maximum of the loop's times in a live session.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -101,7 +101,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Page about the program instead of the preparation. It is a separate page on screen and on paper.
+  /// Page about the program instead of the preparation. On screen and on paper, this is a separate page.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

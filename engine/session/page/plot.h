@@ -33,13 +33,14 @@ struct TimePlot {
   struct Mark {
     double t;
     std::string text;
-    std::string css;  // CSS class: "fault", "tool", …
+    std::string css;  // CSS class of the mark: "fault", "tool", …
   };
   std::vector<Mark> marks;
 };
 std::string time_plot(const TimePlot& plot, const Series& series, const NumberText& number);
 
-/// A band of coloured intervals, e.g. for the touched tissue. `css[i]` is the class of bin i; "" leaves it empty.
+/// A band of coloured intervals, e.g. for the touched tissue. `css[i]` is the class of bin i; "": the bin stays
+/// empty.
 std::string strip(const std::vector<std::string>& css, const std::string& label);
 
 /// Histogram of counts per bin; `edges` has one more entry than `counts`. Both axes are logarithmic.

@@ -13,7 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-/// Position of a picture in the order of the session.
+/// Rank of a picture in the order of the session.
 int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
@@ -168,7 +168,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // Compute the transformation from the model's steps to the samples of its labels.
+    // Computes the transformation from the model's steps to the samples of its labels.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -201,7 +201,7 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // The section contains the largest deviation if there is one, otherwise the middle of the work.
+  // The section contains the largest deviation, if one exists; otherwise the middle of the work.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {
@@ -210,7 +210,7 @@ void Page::sections(const Views& at) {
     if (worst.depth > 0) through = worst.p_W;
   }
   const auto section = [&](const dvec3& along_W) {
-    const auto side = [&](const dvec3& direction) {  // name of the side that a viewer in this direction sees
+    const auto side = [&](const dvec3& direction) {  // name of the side that a viewer sees who looks in this direction
       const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
       return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
     };
@@ -265,7 +265,7 @@ void Page::items() {
       "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
       say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
       say("source"));
-  // Sort the items by weight.
+  // Sorts the items by weight.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
@@ -279,7 +279,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The sources of the default rules are catalogue texts. Their key is the English text.
+      // The sources of the default rules are texts of the catalogue; their key is the English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));

@@ -12,10 +12,10 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m, margin around the region that the trainee changed or that the ideal changes
+constexpr double kAround = 1.2e-3;  // m, margin around the region in which the trainee or the ideal changes tissue
 
 struct Window {
-  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the section plane, relative to the point `through`
+  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m, in the section plane, relative to the point `through`
 };
 
 /// Marching squares: returns the segments of the contour value = 0 in drawing units.

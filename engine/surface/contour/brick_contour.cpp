@@ -19,14 +19,14 @@ namespace {
 constexpr int kCells = FieldBrick::kCells;
 constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
-constexpr std::uint16_t kNone = 0xffff;   // no surface in this block
-constexpr std::uint16_t kMixed = 0xfffe;  // surface that a single vertex cannot represent
+constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
+constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
 // Crease test. If a normal of the cell differs by more than 14° from the mean normal, the cell has crossings on both
 // sides of a crease (of 28° or more). If the variance of its normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit for ContourVertex::gentle
+constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle between normals for ContourVertex::gentle
 // The four vertices around an edge form a facet with about the cell's side length s. On a surface of curvature κ the
 // middle of the facet sags by about s²κ/4. Therefore the vertices are placed kLift·s²κ outside the surface, so that
 // facets deviate equally to both sides. Vertices also move along the surface towards the cell's middle, by the fraction
@@ -35,10 +35,10 @@ constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit for ContourVert
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance divided by s², see greatest_curvature
+constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature
 constexpr float kMaxLift = 0.1f;       // upper limit of the lift divided by s
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex outside its cell
+constexpr float kOutside = 0.7f;  // voxels, limit of the distance of a crease vertex outside its cell
 // Voxels: limits of |trilinear interpolation of the field| at an accepted vertex, on a crease (kCreaseValue) and
 // elsewhere.
 constexpr float kCreaseValue = 0.4f;
@@ -64,7 +64,7 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
-// A patch of surface in a cell (at full resolution), or the whole surface in a merged block.
+// A patch of surface in a cell (at full resolution), or the whole surface in a merged block, with its vertex.
 struct Node {
   Moments moments;
   glm::vec3 position{0};         // position of the vertex, in cell-corner coordinates
@@ -164,7 +164,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
-  // Slow path: count only the solid samples.
+  // Slow path: only solid samples count.
   only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
@@ -401,7 +401,7 @@ void Contourer::Scratch::find_patches() {
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto pair = [&](std::uint32_t bits, int at) {  // signs at corners z and z + 1 of a row
+        auto pair = [&](std::uint32_t bits, int at) {  // signs at the corners z and z + 1 of a row
           return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
         };
         const glm::ivec3 at(x, y, z);
@@ -527,7 +527,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     if (node.tissue == Tissue::kAir) continue;
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // One vertex can represent both sides of a crease if the sides meet in the block.
+      // One vertex can represent both sides of a crease if these sides meet in the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
@@ -568,7 +568,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     }
     out.active[static_cast<std::size_t>(index >> 6)] |= std::uint64_t{1} << (index & 63);
 
-    Node* block = nullptr;  // the largest merged block around the cell
+    Node* block = nullptr;  // the largest merged block that contains the cell
     for (int level = 1; level <= top; ++level) {
       const int n = kCells >> level;
       const std::uint16_t up =

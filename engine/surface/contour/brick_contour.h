@@ -19,7 +19,8 @@ struct ContourVertex {
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
-  bool gentle = false;    // true if the cell's normals differ by at most 64°; shade with the mean normal
+  // true if the cell's normals differ by at most 64°; such a crease is shaded with the mean normal
+  bool gentle = false;
 };
 
 struct BrickContour {
@@ -45,7 +46,7 @@ struct BrickContour {
   std::vector<Edge> edges;
 
   bool empty() const { return cells.empty(); }
-  /// Index in `cells`, or -1 if the cell contains no surface.
+  /// Returns the index of a cell in `cells`, or -1 if the cell contains no surface.
   int find(int cell) const {
     const std::uint64_t word = active[static_cast<std::size_t>(cell >> 6)];
     const std::uint64_t bit = std::uint64_t{1} << (cell & 63);

@@ -23,8 +23,8 @@ struct CellShape {
 /// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
 /// diagonal on a face are not connected. Therefore two cells could touch along two arcs of one face (a dual edge with
 /// four polygons). In this case both cells use the flipped shape, which connects the solid corners across that face.
-/// The decision needs only the two configurations, so that both cells decide alike. (Wenger 2013, sec. 3.3: manifold
-/// dual contouring)
+/// The decision depends only on the two configurations, so both cells make the same decision. (Wenger 2013, sec. 3.3:
+/// manifold dual contouring)
 class CellShapes {
  public:
   static const CellShapes& get();

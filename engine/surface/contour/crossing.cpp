@@ -38,7 +38,7 @@ struct OneSided {
   bool unit() const {
     const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
     const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    // All four tests are computed without branches, because a branch predictor could not predict the result.
+    // All four tests are computed without branches, because branches would often be mispredicted.
     return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
             static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
   }
@@ -89,8 +89,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const OneSided here(at, slope, b, c), there(end, slope, b, c);
   bool solved = same_plane(here, there, g);
   if (!solved && bent > kBent) {
-    // The edge may cross a crease. Then the field is the maximum (convex) or minimum of two planes. One plane contains
-    // the samples before the edge, the other one the samples after the edge.
+    // If the edge crosses a crease, the field is the maximum (convex) or minimum of two planes. One plane contains
+    // the samples before the edge, the other plane the samples after the edge.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
@@ -105,7 +105,7 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // A crease runs beside the edge. On one side of one end, the samples lie on a plane.
+      // If a crease runs beside the edge, the samples on one side of one end lie on a plane.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

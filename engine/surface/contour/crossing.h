@@ -16,16 +16,17 @@ struct alignas(16) Crossing {
 };
 
 struct LocalCrossing {
-  float t;           // 0..1 along the edge
+  float t;           // 0..1, position along the edge
   float na, nb, nc;  // unit normal: components along the edge and along the two axes across it
   float curvature;   // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
 };
 
-/// `at` is the sample at the edge's base; a, b, c are the strides along and across the edge. Reads -a..2a and ±b, ±c of
-/// both ends. In a smooth field it uses a second-order crossing and central differences. After CSG the field is a
-/// maximum or minimum of distances, and its slope jumps at a crease. Near a crease the function extrapolates the field
-/// linearly from one side to find the crossing. It then takes the differences on the side on which the gradient has
-/// length 1, as in a distance field. So plane faces are reproduced exactly up to their edges.
+/// Computes the crossing of one edge. `at` is the sample at the edge's base; a, b, c are the strides along and across
+/// the edge. Reads -a..2a, and ±b, ±c at both ends. In a smooth field, the function uses a second-order crossing and
+/// central differences. After CSG the field is a maximum or minimum of distances, and its slope jumps at a crease.
+/// Near a crease the function extrapolates the field linearly from one side to find the crossing. It then takes the
+/// differences on the side on which the gradient has length 1, as in a distance field. So plane faces are reproduced
+/// exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 }  // namespace typodont::surface

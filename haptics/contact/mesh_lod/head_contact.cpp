@@ -12,9 +12,9 @@ using vertex::FollowParameters;
 
 namespace {
 
-constexpr double kOverlap = 1e-9;  // m, overlap that rounding can cause for a free head
-// Allowed overlap of a resting head over its radius. Without it, a head with a sharp rim could never re-enter the hole
-// that it has cut, because the hole has exactly its width.
+constexpr double kOverlap = 1e-9;  // m, limit of the overlap that rounding can cause for a free head
+// Allowed overlap of a resting head, as a ratio to its radius. Without this overlap, a head with a sharp rim could
+// never re-enter the hole that it has cut, because the hole has exactly the head's width.
 constexpr double kSlack = 0.01;
 constexpr double kLiftReach = 2e-3;  // m, search distance for the surface from a point inside the tissue
 
@@ -73,13 +73,13 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
     if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
     if (head_.distance(R_TW * (middle - c)) > within) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    const dvec3 share = face.normal() / (6.0 * n * n);  // a third of the area of one of n² parts
+    const dvec3 share = face.normal() / (6.0 * n * n);  // a third of the area of one of the n² parts
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
     if (n == 1) return;
     for (int u = 0; u <= n; ++u) {
       for (int v = 0; v <= n - u; ++v) {
         const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // a corner
+        if (u == n || v == n || w == n) continue;  // this point is a corner of the face
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);
@@ -97,7 +97,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   if (!listed_ || moved_since_listing(c) > FollowParameters::kept * head_.radius()) list_around(grid, c);
 }
 
-/// Distance in m from the head at c to the nearest listed point.
+/// Distance from the head at c to the nearest listed point, m.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = FollowParameters::margin * head_.radius() - moved_since_listing(c);
@@ -114,7 +114,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   put_free(p);
   if (grid.inside(p)) {
     const TriangleGrid::Nearest near = grid.nearest(p, kLiftReach);
-    if (!near.found) return false;  // deep inside: the head does not move
+    if (!near.found) return false;  // the head is deep inside and does not move
     const dvec3 n = grid.face(near.face).normal();
     const double size = glm::length(n);
     c_ = near.p + head_.reach() * (size > 0 ? n / size : dvec3(0, 0, 1));

@@ -1,4 +1,4 @@
-// Contact of a head that is not a ball: points on the surrounding faces keep it outside.
+// Contact of a head that is not a ball: points on the surrounding faces keep the head outside.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The contact points are the corners of the faces near the head, and points between them on faces that are larger than
-/// the head's spacing, as in the model "vertex" (contact/vertex/README.md). A coarse mesh thus gets few extra points;
-/// where the mesh was cut, the vertices themselves are dense.
+/// The contact points are the corners of the faces near the head, and points between them on faces that are larger
+/// than the head's spacing, as in the model "vertex" (contact/vertex/README.md). So a coarse mesh gets additional
+/// points; where the mesh was cut, the vertices themselves are dense enough.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool);
@@ -30,18 +30,18 @@ class HeadContact final : public SurfaceContact {
  private:
   static constexpr std::size_t kMostPoints = 1 << 14;
   static constexpr int kSlotBits = 15;
-  // ratio to the radius: edge length that a cut produces, VertexMethod::edge_for
+  // ratio to the radius: edge length of a surface that a cut produces, VertexMethod::edge_for
   static constexpr double kSpacing = 1.0 / 6;
-  static constexpr int kMostParts = 64;  // largest number of parts of a face's edge
+  static constexpr int kMostParts = 64;  // limit of the number of parts into which a face's edge is divided
   static constexpr std::uint32_t kFree = ~0U;
 
-  /// The surface area that a point represents.
+  /// The surface area that a contact point represents.
   struct Share {
-    dvec3 area{0};  // m², along the outward normal
+    dvec3 area{0};  // m²; the direction is the outward normal
     std::uint32_t face = 0;
   };
 
-  /// Largest displacement in m of a point of the head since the points were listed.
+  /// Largest displacement of any point of the head since the points were listed, m.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
@@ -53,8 +53,8 @@ class HeadContact final : public SurfaceContact {
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadFollower follower_{kMostPoints};
   mesh::NearPoints points_{kMostPoints};
-  std::vector<Share> shares_;         // one for each point
-  std::vector<std::uint32_t> slots_;  // hash table: index of the point at a corner, by the corner's position
+  std::vector<Share> shares_;         // areas, one for each point
+  std::vector<std::uint32_t> slots_;  // hash table by the position of a corner: index of the point at this corner
   bool listed_ = false;
   Pose listed_at_;
 };

@@ -23,15 +23,16 @@ namespace {
 // Ratios of the numbers of vertices in Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443.
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a default level
-constexpr int kTries = 8;        // attempts to find the number of triangles that gives the requested number of vertices
-constexpr double kNear = 0.005;  // tolerance relative to the requested number
+// limit of the attempts to find the number of triangles that gives the requested number of vertices
+constexpr int kTries = 8;
+constexpr double kNear = 0.005;  // relative tolerance of the number of vertices
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// The type of meshopt_simplify.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// meshopt_simplify of the shared library TYPODONT_MESHOPTIMIZER, which the first call loads: the other contact models
-/// do not need it. Throws Error if it is not installed.
+/// Loads meshopt_simplify from the shared library TYPODONT_MESHOPTIMIZER. Only the first call loads it, because the
+/// other contact models do not need it. Throws Error if it is not installed.
 Simplify* load_simplifier() {
   static Simplify* const simplify = [] {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
@@ -43,8 +44,8 @@ Simplify* load_simplifier() {
 }
 #endif
 
-/// Simplifies to about this many triangles, keeping borders. `positions`: x, y, z of each vertex. Throws Error without
-/// meshoptimizer.
+/// Simplifies to about this many triangles; borders do not change. `positions`: x, y, z of each vertex. Throws Error
+/// without meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -58,7 +59,7 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 #endif
 }
 
-/// A mesh in the format of the simplifier.
+/// A mesh in the simplifier's format.
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
@@ -79,7 +80,7 @@ class Simplifier {
       }
     }
   }
-  /// A mesh with at most about this many triangles, but with all vertices.
+  /// Returns a mesh with at most about this many triangles; it still has all vertices.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
     TissueMesh result;
@@ -96,8 +97,8 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // for each copy its vertex
-  std::vector<Tissue> tissue_;           // for each copy its tissue
+  std::vector<std::uint32_t> original_;  // for each copy: the original vertex
+  std::vector<Tissue> tissue_;           // for each copy: the tissue
   std::vector<float> positions_;         // m, relative to the first vertex
 };
 
@@ -156,7 +157,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // About two triangles per vertex, fewer at borders.
+  // A mesh has about two triangles per vertex, or fewer near borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -201,7 +202,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  constexpr double kFar = 20e-3;  // m, search distance for the other level
+  constexpr double kFar = 20e-3;  // m, search distance for the surface of the other level
   constexpr std::size_t kSamples = 20'000;
   double most = 0;
   const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {

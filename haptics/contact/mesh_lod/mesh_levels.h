@@ -11,25 +11,26 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Number of vertices that triangles use.
+/// Number of vertices that are used by triangles.
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Divides every triangle into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
 /// Simplifies in one pass to about `part` times the number of triangles, as far as borders allow it. For the geometry
-/// thread. Borders as in simplified().
+/// thread. Borders are treated as in simplified().
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// Simplifies to about this many vertices (within 1 % if the mesh allows it). Open borders do not change; borders
-/// between tissues are simplified only along themselves. No vertex moves.
+/// Simplifies to about this many vertices (within 1 % if the mesh allows it). Open borders do not change; a border
+/// between tissues is simplified only along its own line. No vertex moves.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
 /// The resolution of each level.
 struct LevelOptions {
-  std::optional<std::size_t> vertices;  // size of the mesh from which the levels are made; none: the given mesh
-  // number of vertices of each level, finest first; empty: the whole mesh, 0.4015 and 0.2246 of it
+  // number of vertices of the mesh from which the levels are made; none: the given mesh is used
+  std::optional<std::size_t> vertices;
+  // number of vertices of each level, finest first; empty: all vertices of the mesh, and 0.4015 and 0.2246 of them
   std::vector<std::size_t> levels;
 };
 
-/// Finest first. Immutable; shared by carver and servo.
+/// The levels, finest first. Immutable; carver and servo use the same object.
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // number of vertices of each level

@@ -1,4 +1,4 @@
-// "mesh_lod": a triangle mesh with levels of detail (S3).
+// "mesh_lod": a triangle mesh with levels of detail (paper S3 in docs/papers.md).
 #pragma once
 
 #include "haptics/contact_method.h"

@@ -17,16 +17,16 @@ namespace {
 constexpr double kSpeedTime = 20e-3;               // s, time constant of the smoothed hand speed
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a free tool
 constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
-constexpr double kLeastStep = 1e-9;     // m; a cut with a smaller advance is skipped
+constexpr double kLeastStep = 1e-9;     // m, threshold: a cut with a smaller advance is skipped
 constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
-// Ratios to the radius: overlap of head and snapshot up to which a bur may cut, and distance that it may cut without a
-// new snapshot.
+// Two limits as ratios to the radius: overlap of head and snapshot up to which a bur may cut, and distance that it
+// may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
-constexpr double kFastestCut = 0.02;  // m/s, limit of the speed at which a bur sinks into the tissue
+constexpr double kFastestCut = 0.02;  // m/s, limit of the speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
-constexpr double kNoOffset = 1e-12;                           // m; a smaller offset counts as zero
-constexpr double kLeastStiffness = 1e-3;                      // ratio to the stiffness of the settings, lower limit
-constexpr double kEase = 15;  // N/s, change of a bur's force that is allowed while the hand rests
+constexpr double kNoOffset = 1e-12;                           // m, tolerance: a smaller offset counts as zero
+constexpr double kLeastStiffness = 1e-3;  // lower limit of the stiffness, as a ratio to the stiffness in the settings
+constexpr double kEase = 15;              // N/s, limit of the change of a bur's force while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -82,7 +82,7 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // Volumes measured by the carver, plus estimates for the cuts since then.
+    // Sums the volumes measured by the carver, and estimates for the cuts since then.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -102,7 +102,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  // undo or redo: tissue may have returned around the tool
+  // after undo or redo, tissue may have returned around the tool
   if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
@@ -152,7 +152,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // A cut needs the finest level.
+  // A cut requires the finest level.
   const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
@@ -161,8 +161,8 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// Transfers the contact point to another mesh, at the hand position of the last tick. `anew`: computes it from the
-/// hand as for a first contact. The resulting difference in force is applied gradually.
+/// Transfers the contact point to another mesh, at the hand position of the last tick. `anew`: computes the contact
+/// point from the hand, as for a first contact. The resulting difference in force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -196,8 +196,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo moves a free tool without calling this model, as far as clearance() allows; also through a hole of an
-  // open mesh.
+  // The servo moves a free tool without calling this model, as far as clearance() allows. So the tool may also have
+  // passed through a hole of an open mesh.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -260,8 +260,8 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
-/// Faces that overlap the head hold it only as long as they lie on the near side of its axis. A carver that sends no
-/// snapshot for long would otherwise let the bur pass all of them.
+/// Faces that overlap the head hold it only as long as they lie on the near side of the head's axis. If the carver
+/// sends no snapshot for a long time, the bur could otherwise pass all of these faces.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
   const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;
@@ -273,10 +273,10 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
-  // The head moves towards the hand as far as the available energy allows. The volume of a step s is s times the area
-  // in contact, plus that of newly touched surface: A s + π r s².
+  // The head moves towards the hand as far as the available energy allows. The volume of a step s is A s + π r s²: s
+  // times the area A in contact, plus the volume below newly touched surface.
   PerTissue area = point().engaged_area(grid(), way / left);
-  double all = 0, work = 0;  // m², J/m
+  double all = 0, work = 0;  // all: m², total area; work: J/m, energy per length of the step
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
     all += area[t];
@@ -287,7 +287,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // A bur that was held for some time has saved up energy for a long step, which would be felt.
+  // A bur that was held for some time has saved energy for a long step, and the hand would feel such a step.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;

@@ -63,17 +63,17 @@ class MeshLodModel final : public ContactModel {
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Distance in m that a tool at X may move before it touches any of its levels.
+  /// Distance that a tool at X may move before it touches any of its levels, m.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
   /// True if the snapshot contains all faces within `reach` of p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// True if the faces in the snapshot can still hold the head at `to` after all cuts that the snapshot lacks.
+  /// Returns true if, after all cuts that the snapshot lacks, the snapshot's faces can still hold the head at `to`.
   bool may_sink_to(const dvec3& to) noexcept;
-  /// True if cuts were made that the snapshot lacks; faces that overlap the head then count as removed.
+  /// True if the snapshot lacks some cuts; faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
-  /// True if the level changed.
+  /// Chooses the level for this tick. Returns true if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
@@ -82,23 +82,23 @@ class MeshLodModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   MeshSnapshot snapshot_;
-  std::vector<std::unique_ptr<SurfaceContact>> points_;  // one per tool
-  std::vector<dvec3> ends_;                              // m, for each tool the centre of its contact shape in T
+  std::vector<std::unique_ptr<SurfaceContact>> points_;  // contacts, one per tool
+  std::vector<dvec3> ends_;                              // m, for each tool: centre of its contact shape in T
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
   bool placed_ = false;        // the contact point is at the tool
-  bool moved_freely_ = false;  // true if the servo moved the free tool since the last tick; placed_ is then false
+  bool moved_freely_ = false;  // the servo has moved the free tool since the last tick; placed_ is then false
   dvec3 hip_{0};               // m, hand position in the last tick
   dvec3 offset_{0};            // m, from the contact point to the position of the last level or wall; fades to zero
   bool eases_ = false;         // the bur has cut since it was last free
   dvec3 last_lag_{0};          // m, from the hand to the tool position that was returned in the last tick
-  dquat last_R_{1, 0, 0, 0};   // the hand's orientation in the last tick
-  // The wall that holds the tool, or that held it and fades with the offset.
+  dquat last_R_{1, 0, 0, 0};   // orientation of the hand in the last tick
+  // Normal of the wall that holds the tool, or of the last wall, whose effect fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // State of the cutting.
+  // Data of one cut.
   struct Made {
     PerTissue removed{};  // m³, estimated
     dvec3 from{0};        // m, centre of the contact shape before the cut
@@ -107,7 +107,7 @@ class MeshLodModel final : public ContactModel {
   dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
   bool cutting_ = false;  // the last tick cut
   Pose end_;              // pose of the tool at the end of the last tick's cut
-  bool adopted_ = false;  // a snapshot was adopted since the last tick
+  bool adopted_ = false;  // true: a snapshot was adopted since the last tick
   double measured_ = 1;   // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
 };
 

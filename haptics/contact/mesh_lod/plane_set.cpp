@@ -10,7 +10,7 @@ namespace {
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // limits low enough for nearly parallel faces
+  // these limits are low enough for nearly parallel faces
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
@@ -18,7 +18,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m by which a plane may be violated
+    constexpr double kSlip = 1e-13;  // m, tolerance: a plane may be violated by this much
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

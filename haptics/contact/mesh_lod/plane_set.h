@@ -1,4 +1,4 @@
-// Planes that bound a point, and the nearest point to a goal that satisfies all of them.
+// Planes that bound a point, and the point nearest to a goal that satisfies all of them.
 #pragma once
 
 #include <array>
@@ -8,7 +8,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Allows the points x with n · (x - c) >= -room, where c is the common reference point of all planes of a set. SI.
+/// A plane. It allows the points x with n · (x - c) >= -room, where c is the common reference point of all planes of
+/// a set. SI.
 struct Plane {
   dvec3 n{0};              // unit
   double room = 0;         // m
@@ -22,7 +23,7 @@ class PlaneSet {
   static constexpr int kMost = 1024;
 
   void clear() noexcept { count_ = 0; }
-  /// False if the set is full.
+  /// Adds a plane. Returns false if the set is full.
   bool add(const Plane& plane) noexcept {
     if (count_ == kMost) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
@@ -31,8 +32,8 @@ class PlaneSet {
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// The displacement from c that satisfies all planes and is nearest to `goal` (also a displacement), and the planes
-  /// that hold it, with pushes in m. If there is none, the displacement is zero.
+  /// Returns the displacement from c that satisfies all planes and is nearest to `goal` (also a displacement).
+  /// `active`: receives the planes that hold it, with pushes in m. If no such displacement exists, returns zero.
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

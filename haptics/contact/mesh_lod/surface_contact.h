@@ -11,12 +11,12 @@ namespace typodont::haptics::mesh_lod {
 struct Hold {
   dvec3 p{0};                    // m, on the surface
   dvec3 n{0};                    // unit, out of the tissue; for a wall towards the softer tissue
-  double push = 0;               // m
+  double push = 0;               // m, distance by which the surface holds the tool back
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;
 };
 
-/// Servo thread; allocates only in the constructor. Metres, frame W. place() is the centre of the contact shape.
+/// Servo thread; allocates only in the constructor. Metres, frame W. place() returns the centre of the contact shape.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
@@ -27,7 +27,7 @@ class SurfaceContact {
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
   /// True if a wall yielded in the last follow() and the centre moved behind it.
   bool gave_way() const noexcept { return gave_way_; }
-  /// True if the last follow() moved the tool out of overlapping tissue.
+  /// True if the last follow() moved the tool out of tissue that the tool overlapped.
   bool leading_out() const noexcept { return leading_out_; }
 
   /// The radius of a ball, otherwise the largest radius of the head.
@@ -39,15 +39,15 @@ class SurfaceContact {
 
   /// Sets the tool's orientation for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before the next call gets another grid, or the same grid with changed faces.
+  /// Must be called before a grid other than the last one is passed, or the last grid with changed faces.
   virtual void mesh_changed() noexcept {}
 
-  /// Begins at p. False if the tool overlapped tissue there.
+  /// Begins a contact at p. Returns false if the tool overlapped tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
-  /// Continues at p, which is known to be free.
+  /// Continues at p, where the tool is known to be free.
   virtual void put_free(const dvec3& p) noexcept = 0;
-  /// Transfers the contact to another mesh: to the point outside it that is nearest to the old one (SCP mapping, S3
-  /// section 3.2).
+  /// Transfers the contact to another mesh: the new position is the point outside the mesh that is nearest to the old
+  /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
   /// Follows the hand's centre (HIP). `give`: treats faces that overlap the head as removed to the depth of the
   /// overlap.
@@ -57,12 +57,12 @@ class SurfaceContact {
 
   /// Distance from the tool at p to the surface, at most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
-  /// Area of the surface in contact with the head or overlapping it, projected along the unit vector `way`, m², by
+  /// Area of the surface that touches or overlaps the head, m², projected along the unit vector `way`, for each
   /// tissue.
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:
-  // ratio to the radius: distance from the head up to which a surface point counts as in contact
+  // ratio to the radius: limit of the distance from the head for a surface point that counts as in contact
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

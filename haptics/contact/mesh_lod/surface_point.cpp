@@ -12,28 +12,33 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // limit for the iterations of one follow()
-constexpr double kStays = 1e-11;      // m: a shorter step ends the iteration
-constexpr double kLeastReach = 5e-6;  // m around the ball within which faces are collected, lower limit
-// m around the ball within which faces are collected, upper limit: a longer displacement is divided into several steps
+constexpr int kMostIterations = 24;   // limit of the iterations of one follow()
+constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
+constexpr double kLeastReach = 5e-6;  // m, lower limit of the distance from the ball within which faces are collected
+// m, upper limit of the distance from the ball within which faces are collected; a longer displacement is divided
+// into several steps
 constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
 // m, upper limit of the displacement for which collected faces stay valid; the width of a grid cell is another limit
 constexpr double kMostKept = 0.3e-3;
-// Ratio to the radius, upper limit of the search distances of a bur in its own cut.
+// Upper limit of the search distances of a bur in its own cut, as a ratio to the radius.
 constexpr double kReachInCut = 0.5;
 constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distances of a bur in its own cut
-// ratio of the next iteration's reach to the last step, because the next step is shorter
+// ratio of the next search distance to the last step, because the next step is shorter
 constexpr double kNextReach = 0.25;
-constexpr double kBelow = 1e-11;    // m, rounding error by which a face may protrude from a plane that covers it
-constexpr float kClear = 2e-9f;     // m, rounding error by which a face may protrude from a plane, for tests in floats
-constexpr double kWallSkin = 1e-7;  // m, least distance from a wall
+// m, tolerance for rounding: a face may protrude by this much from a plane that covers it
+constexpr double kBelow = 1e-11;
+// m, tolerance for rounding: a face may protrude by this much from a plane, in tests with floats
+constexpr float kClear = 2e-9f;
+constexpr double kWallSkin = 1e-7;  // m, smallest distance from a wall
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface when the mesh is exchanged
 constexpr int kMostLifts = 16;
-constexpr double kLeastAlong = 0.3;     // cosine
-constexpr double kNoDirection = 1e-13;  // m: at a smaller distance from a face, its normal is used as direction
+constexpr double kLeastAlong = 0.3;  // lower limit of a cosine
+// m, threshold: at a smaller distance from a face, the face's normal is used as direction
+constexpr double kNoDirection = 1e-13;
 
-/// Writes the indices of the boxes within `far` of p to `at`; returns their number. The last batch may contain padding.
+/// Writes the indices of the boxes within `far` of p to `at`; returns their number. The last batch may contain unused
+/// lanes.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -58,8 +63,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Writes the indices of the planes that q is not clearly above to `at`; returns their number. The planes are normal ·
-/// q = -distance, in coordinates relative to q's origin.
+/// Writes the indices of the planes that q is not clearly above to `at`; returns their number. The planes are given
+/// by normal · q = -distance, in the coordinate system of q.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -102,13 +107,13 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // deep inside: the point does not move
+  if (!near.found) return false;  // the point is deep inside and does not move
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
 }
 
-/// Moves the ball to the nearest surface, on the side of n, and out of overlapping faces there.
+/// Moves the ball to the nearest surface, on the side to which n points, and out of faces that it overlaps there.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -136,7 +141,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   for (int i = 0; i < count_; ++i) {
     if (!hold(i).wall) n += hold(i).push * hold(i).n;
   }
-  // The nearest point of the other mesh, on the side of the old point.
+  // Finds the nearest point of the other mesh, on the side of the old point.
   const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
   if (!near.found) return;
   n = unit_or(n, hold(0).n);
@@ -198,7 +203,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // behind the ball
+    if (glm::dot(off, away) < 0) continue;  // the wall is behind the ball
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,
@@ -207,12 +212,13 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
   }
 }
 
-/// Collects the planes that bound the ball within `reach`. False if there are too many.
+/// Collects the planes that bound the ball within `reach`. Returns false if there are too many.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // Process faces whose interior is nearest first, because their planes may hide the edges of others.
+  // Faces whose nearest point is in their interior are processed first, because their planes may hide the edges of
+  // other faces.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -244,7 +250,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
-    // A face that lies below the plane of another one cannot be reached before that plane.
+    // A face that lies below the plane of another face cannot be reached before that plane.
     const glm::vec3 q(at.p - c_);
     const std::size_t above =
         list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
@@ -257,8 +263,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
-    // The ball is above the face beyond this edge, and the surface does not bend away there; so the plane of this face
-    // bounds the ball. With the plane of the edge the ball would only halve its distance to the edge in each iteration.
+    // The ball is above the plane of this face but beyond this edge, and the surface does not bend away there. So the
+    // plane of this face bounds the ball. If the plane of the edge were used instead, each iteration would only halve
+    // the ball's distance to the edge.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -284,9 +291,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// If an edge or corner holds the ball, each iteration would move it only part of the way around. So the step continues
-/// along the plane to the line from the hand's nearest point on the face through the hand. From there the next
-/// iteration approaches the edge from the correct side.
+/// If an edge or corner holds the ball, each iteration would move the ball only part of the path around the edge. So
+/// the step continues along the plane to a line: the line from the hand's nearest point on the face through the hand.
+/// From this line, the next iteration approaches the edge from the correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -306,17 +313,18 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
 void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   gave_way_ = false;
   ActivePlanes active;
-  // During contact, the point moves about as far as the hand since the last tick, independently of the depth.
+  // During contact, the point moves in this tick about as far as the hand moved, independently of the depth.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
-  // expected displacement of the next iteration
+  // Expected displacement of the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostIterations; ++i) {
-    double valid = near_reach_ - glm::distance(c_, near_from_);  // m for which the list is valid
+    // m, distance from the ball up to which the list is valid
+    double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);
       valid = near_reach_;
@@ -356,7 +364,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall, the face beyond the border can be as near as the face in contact, so the tissue in contact does not
+  // At a wall, the face beyond the border can be as near as the face in contact; then the tissue in contact does not
   // change.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;

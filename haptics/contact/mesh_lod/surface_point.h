@@ -15,18 +15,17 @@ using Stiffness = PerTissue;
 struct SurfaceOptions {
   double radius = 0;         // m, radius of the tool's end; 0: a point
   bool walls = true;         // one-sided walls at tissue borders
-  double wall_limit = 0.5;   // N at which a wall yields
-  double unit_force = 1000;  // N/m for a material stiffness of 1 N/mm
+  double wall_limit = 0.5;   // N, force at which a wall yields
+  double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
 };
 
-/// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the distance
-/// to the HIP decreases. Here every face near the point bounds it by a plane through the face's nearest primitive
-/// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies these planes, and
-/// iterates until it does not move. The result is the same, but no neighbour links are needed; at cracks, duplicate and
-/// sliver triangles they do not exist. Since the planes bound convex obstacles, no step can pass through a face of any
-/// mesh.
-/// The point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread;
-/// never allocates.
+/// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the
+/// distance to the HIP decreases. Here every face near the point bounds it by a plane through the face's nearest
+/// primitive (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies these
+/// planes, and iterates until it does not move. The result is the same, but no links between neighbours are needed;
+/// such links do not exist at cracks, duplicate triangles and slivers. Since the planes bound convex obstacles, no
+/// step can pass through a face of any mesh. The point is the centre of a ball with the tool's radius; a point tool
+/// is a ball of radius `kSkin`. Servo thread; never allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, least distance of the point from a face
@@ -38,7 +37,8 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// False if p was inside the tissue or closer to it than the radius; then the point was moved out.
+  /// Begins at p. Returns false if p was inside the tissue, or closer to the tissue than the radius; then the point
+  /// was moved out.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -59,8 +59,8 @@ class SurfacePoint final : public SurfaceContact {
   SurfaceOptions options_;
   Stiffness stiffness_;
   Tissue ground_ = Tissue::kAir;  // tissue in contact; air: no contact
-  bool behind_ = false;           // a wall yielded: walls are ignored until the contact is on the harder tissue
-  Tissue beyond_ = Tissue::kAir;  // that harder tissue
+  bool behind_ = false;  // a wall yielded: walls are ignored until the contact is on the harder tissue, `beyond_`
+  Tissue beyond_ = Tissue::kAir;  // the harder tissue behind the wall that yielded
   // Faces near the position at which they were collected, with their boxes in structure-of-arrays form.
   static constexpr int kMostNear = 2048, kBatch = 8;
   struct Boxes {
@@ -82,8 +82,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // Planes of the faces whose nearest primitive is their interior; they come first in the list. Normals, and distances
-  // from the centre.
+  // Planes of the faces whose nearest primitive is their interior; they come first in the list. Arrays of the
+  // normals, and of the distances from the centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

@@ -10,14 +10,15 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // ratio of a cell's width to the mean edge length
 constexpr double kMostCells = 4e6;
-constexpr double kEntriesPerFace = 16;  // limit of list entries per face; with more, the cells are made larger
-constexpr double kFewEntries = 1e6;     // number of list entries that is always allowed
-constexpr float kBoxMargin = 1e-7f;     // m, larger than the rounding of a box to floats
-constexpr double kSliver = 1e-12;       // squared sine of the angle below which only a face's edges are used
+// limit of the number of list entries per face; with more entries, the cells are made larger
+constexpr double kEntriesPerFace = 16;
+constexpr double kFewEntries = 1e6;  // number of list entries that is always allowed
+constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding of a box to floats
+constexpr double kSliver = 1e-12;    // squared sine of an angle, limit: for a flatter face, only its edges are used
 
-/// The side of the line from a to b on which the origin lies: 1 left, -1 right. If it is on the line, the origin is
+/// The side of the line from a to b on which the origin lies: 1 left, -1 right. If the origin is on the line, it is
 /// treated as moved slightly along the first axis, and less along the second, so that exactly one of two faces at an
-/// edge contains it.
+/// edge contains the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -25,7 +26,7 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m, distance of the vertex beyond an edge from the face's plane up to which the edge counts as flat
+// m, tolerance: an edge counts as flat if the vertex beyond the edge is nearer than this to the face's plane
 constexpr double kFlat = 1e-10;
 
 /// Marks an edge at which the surface does not bend away. `beyond`: the third vertex of the face across this edge.
@@ -154,7 +155,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // Double the search box until it reaches at least as far as the nearest face found in it.
+  // Doubles the search box until it reaches at least as far as the nearest face found in it.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;

@@ -1,4 +1,4 @@
-// The triangles of one level in a uniform grid. Queries: triangles near a point, distance, inside test.
+// The triangles of one level in a uniform grid, with three queries: triangles near a point, distance, inside test.
 #pragma once
 
 #include <algorithm>
@@ -15,27 +15,28 @@ namespace typodont::haptics::mesh_lod {
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // tissue of the face beyond the edges ab, bc, ca; kAir if there is no other tissue
+  // tissue of the neighbouring face beyond the edges ab, bc, ca; kAir if it has the same tissue or does not exist
   std::array<Tissue, 3> across{};
-  // The one face beyond each edge; ~0: none or several. Bit k of `hollow`: the surface at edge k does not bend away
-  // from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the edge.
+  // The neighbouring face beyond each edge; ~0: none, or several. Bit k of `hollow`: the surface at edge k does not
+  // bend away from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the
+  // edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
   dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
-  /// Not normalised; zero for a degenerate face.
+  /// The face's normal, not normalised; zero for a degenerate face.
   dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
 };
 
-/// The point of a face nearest to p, and the primitive on which it lies. Also exact for slivers and degenerate faces,
-/// by their edges.
+/// The point of a face nearest to p, and the primitive on which this point lies. The result is exact for slivers and
+/// degenerate faces, too, by their edges.
 struct OnFace {
   dvec3 p{0};
   int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: in the interior
   bool corner = false;  // true if p is at an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
-/// The nearest point to p on the segment from a to b.
+/// The point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
@@ -51,7 +52,7 @@ class TriangleGrid {
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  /// Memory for faces, boxes and cells.
+  /// Memory of faces, boxes and cells, bytes.
   std::size_t bytes() const noexcept;
 
   /// Calls use(index) once for every face whose box overlaps the box lo .. hi.
@@ -65,7 +66,7 @@ class TriangleGrid {
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
   static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of a face's box
-  /// False if the face's box is farther than `most` metres from p.
+  /// Returns false if the face's box is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
     const float far = static_cast<float>(most) + kBoxRounding;
@@ -80,7 +81,7 @@ class TriangleGrid {
     dvec3 p{0};           // m, on the surface
     double distance = 0;  // m
   };
-  /// The nearest point of the surface within `most` metres.
+  /// The point of the surface nearest to p, within `most` metres.
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
   /// Six times the generalised winding number, evaluated along the axis directions: 6 inside a closed mesh, 0 outside.
@@ -102,7 +103,7 @@ class TriangleGrid {
   bool part_ = false;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
-  std::vector<std::uint32_t> start_;    // for each cell its first index in entries_; one more at the end
+  std::vector<std::uint32_t> start_;    // for each cell: its first index in entries_; one more element at the end
   std::vector<std::uint32_t> entries_;  // indices of faces
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m
@@ -127,7 +128,7 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // A face that lies in several of these cells is reported for the first one.
+          // A face that lies in several of these cells is reported only for the first of them.
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }

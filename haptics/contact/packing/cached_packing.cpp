@@ -13,10 +13,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, limit for all cached packings
+constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, limit of the size of all cached packings
 constexpr const char* kSuffix = ".packing";
 
-/// Calls use(bytes, count) for each array of a packing of the right size.
+/// Calls use(bytes, count) for each array of a packing whose arrays have the right size.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };
@@ -25,7 +25,7 @@ bool each_part(Packing& p, Use&& use) {
          list(p.center) && list(p.radius) && list(p.tissue);
 }
 
-/// Throws Error.
+/// Writes a packing to a file. Throws Error.
 void write(const fs::path& path, const SpherePacking& packing) {
   std::ofstream out(path, std::ios::binary);
   const bool written = each_part(packing, [&](const auto* data, std::size_t bytes) {
@@ -34,7 +34,7 @@ void write(const fs::path& path, const SpherePacking& packing) {
   if (!written || !out.flush()) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False if the file does not contain a packing with this number of spheres.
+/// Reads a packing. Returns false if the file does not contain a packing with this number of spheres.
 bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
   std::ifstream in(path, std::ios::binary);
   packing.center.resize(spheres), packing.radius.resize(spheres), packing.tissue.resize(spheres);

@@ -5,8 +5,8 @@
 
 namespace typodont::haptics::packing {
 
-/// The same result as pack_spheres(), cached from an earlier call with the same tissue and options if possible. Equal
-/// input gives equal bits.
+/// Returns the same result as pack_spheres(). If an earlier call with the same tissue and options stored it, reads it
+/// from the cache. Equal input gives equal bits.
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options);
 
 }  // namespace typodont::haptics::packing

@@ -30,10 +30,11 @@ namespace packing {
 
 namespace {
 
-constexpr double kEpsilon = 0.05e-3;      // m, enlargement of the tool for estimating the surface
-constexpr std::size_t kExpected = 65536;  // limit for the results of a pass; if there are more, the pass has failed
+constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool for estimating the surface
+// limit of the number of results of a pass; with more results, the pass has failed
+constexpr std::size_t kExpected = 65536;
 
-/// Sorts by ball, and for each ball in the order of the tree.
+/// Sorts by the tool's sphere (`ball`), and for each of them in the order of the tree.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {
@@ -42,7 +43,7 @@ void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   });
 }
 
-/// Copies a list without allocating; false if it is too long.
+/// Copies a list without allocating. Returns false if the list is too long.
 template <class Result>
 bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   if (from.size() > to.capacity()) return false;
@@ -50,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Pass 1 on the CPU.
+/// Computes pass 1 on the CPU.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -152,7 +153,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   std::vector<SweptBall> swept;
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // Move the tool's first sphere from outside into a sphere of the tissue by a fifth of its own radius.
+    // Moves the tool's first sphere from outside into a sphere of the tissue, by a fifth of its own radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

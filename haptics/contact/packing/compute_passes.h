@@ -13,7 +13,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Smallest number of spheres for which a GPU is tried; with fewer, the CPU finishes before a GPU has started.
+/// Smallest number of spheres for which the GPU is tried. With fewer spheres, the CPU finishes before a GPU has
+/// started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
 /// Servo thread. noexcept; allocates nothing except in the GPU's driver. If a pass fails, ready() is false until the
@@ -27,16 +28,16 @@ class ComputePasses {
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1: the first contact of the moving balls.
+  /// Pass 1: finds the first contact of the moving balls.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2, with the same result as estimate_surface() on the CPU.
+  /// Pass 2: gives the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3 without removal: the energy in J that the head's motion from `from` to `to` costs; `near_to`: end of the
-  /// longest motion that will be evaluated.
+  /// Pass 3 without removal: computes the energy in J that the head's motion from `from` to `to` costs. `near_to`:
+  /// end of the longest motion that will be evaluated.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3, with the same result as packing::carve() on the CPU.
+  /// Pass 3: gives the same result as packing::carve() on the CPU.
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -47,7 +48,7 @@ class ComputePasses {
   bool ready_ = false;
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
-  std::vector<std::uint32_t> number_;  // index in the tool of each resting ball
+  std::vector<std::uint32_t> number_;  // for each resting ball: index in the tool
   std::vector<SphereShare> shares_;    // in the CPU's order
   std::vector<SphereChange> changes_;
 };

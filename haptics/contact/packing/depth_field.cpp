@@ -57,7 +57,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // Away from borders nothing changes.
+    // If all neighbours have the same label, the label does not change.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -92,7 +92,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Seeds: points where the line to a neighbour leaves the tissue, and points along the field's gradient.
+  // Seeds are points where the line to a neighbour leaves the tissue, and points along the field's gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -118,7 +118,7 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // The 13 of the 26 neighbours that come first in a scan; the other 13 are their opposites.
+  // Of the 26 neighbours, the 13 that come first in a scan; the other 13 lie opposite.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {
@@ -126,8 +126,9 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scan forward and backward alternately until a scan changes nothing. A neighbour is evaluated again only if it
-  // changed in this scan or the previous one, because the last scan in the same direction has used all older changes.
+  // Scans forward and backward alternately, until a scan changes nothing. A neighbour is evaluated again only if it
+  // changed in this scan or in the previous one; all older changes were already used by the last scan in the same
+  // direction.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the last scan that changed a voxel; 0: a seed
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

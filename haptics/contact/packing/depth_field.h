@@ -8,22 +8,22 @@
 
 namespace typodont::haptics::packing {
 
-/// Depth: distance to the tissue's surface or to the border with another tissue, whichever is nearer. Lengths and
-/// positions are in voxels of the field; p_V = (0,0,0) is the first sample.
+/// Depth of a point in tissue: its distance to the tissue's surface or to the border with another tissue, whichever
+/// is nearer. Lengths and positions are in voxels of the field; p_V = (0,0,0) is the first sample.
 class DepthField {
  public:
   explicit DepthField(const DenseTissue& tissue);
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  /// Volume per tissue, m³: each voxel counts by the fraction of it inside the surface.
+  /// Volume per tissue, m³. Each voxel counts with the fraction of it that lies inside the surface.
   const PerTissue& volume() const { return volume_; }
 
   /// The tissue of the nearest sample that has one; kAir if none of the eight samples around the point has one.
   Tissue tissue_at(const dvec3& p_V) const;
   /// Depth in the tissue at p; -1 if p is not in tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
-  /// Depth in the given tissue, trilinear; negative outside it. -1 for kAir and outside the samples.
+  /// Depth in the given tissue, trilinear; negative outside this tissue. -1 for kAir, and outside the samples.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:

@@ -8,10 +8,10 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Spheres are linked across gaps of up to this fraction of the smaller radius. It must bridge the packing's gaps to
-/// the next deeper layer, because a sphere that was cut keeps only its far side.
+/// Two spheres are linked across gaps of up to this fraction of the smaller radius. The links must bridge the
+/// packing's gaps to the next deeper layer, because a sphere that was cut keeps only its far side.
 constexpr double kLink = 1.5;
-// m by which a gap may grow without breaking the link; less than the diameter of any tool
+// m, growth of a gap that does not break the link; less than the diameter of any tool
 constexpr double kWidened = 0.1e-3;
 constexpr int kPace = 16;  // number of spheres that each flood fill adds in a turn
 
@@ -110,11 +110,11 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Flood fills from all seeds, which belonged to one body.
+/// Runs flood fills from all seeds; the seeds belonged to one body before the cut.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // for each flood fill the one with which it was merged
+  std::vector<int> joined(seeds.size());  // for each flood fill: the flood fill with which it was merged
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -143,8 +143,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two flood fills have met: the smaller one is merged into the larger one. The larger one visits the
-            // neighbours that the smaller one has not visited; some may be visited twice.
+            // Two flood fills have met. The smaller fill is merged into the larger one; the larger one then visits
+            // the neighbours that the smaller one has not visited. Some neighbours may be visited twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -157,7 +157,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        loose.push_back(std::move(now.reached));  // it has covered a separate piece
+        loose.push_back(std::move(now.reached));  // this flood fill has covered a separate piece
       } else if (into == f) {
         next.push_back(f);
       }
@@ -165,7 +165,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If all flood fills ended separately, the largest part is the main body.
+  // If all flood fills ended separately, the largest part is the main body, not a piece.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -17,14 +17,15 @@ namespace {
 
 using namespace packing;
 
-/// Tissue that overlaps the tool's motion at one time.
+/// The tissue that the tool's motion overlaps at one time of the measurement.
 struct Moment {
   double t = 0, measured = 0;                   // s, N
-  std::vector<std::pair<int, double>> overlap;  // indices of spheres, and m³ of overlap with each
-  double gain = 0;                              // N at density 1
+  std::vector<std::pair<int, double>> overlap;  // indices of spheres, and volume of overlap with each, m³
+  double gain = 0;                              // N, simulated force if all densities are 1
 };
 
-/// N per watt of power at the teeth: power = μ_c · efficiency · F · R · ω (Servo's `earn`), without the motor's droop.
+/// Force per power at the teeth, N/W: power = μ_c · efficiency · F · R · ω (see `earn` of the servo), without the
+/// motor's loss of speed under load.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
@@ -62,7 +63,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 
-  // The overlap of the tool along its path for each time; it does not depend on the densities.
+  // Computes the overlap of the tool along its path for each time; the overlap does not depend on the densities.
   SphereTissue spheres(packing, parameters.removal,
                        cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue));
   CutBuffers buffers(packing.size());
@@ -128,7 +129,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) {
       const double unit = stability_of(m.overlap, m.gain, 1);
       adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
-      // Densities are not negative, and a tissue without resistance keeps zero.
+      // Densities never become negative, and a tissue without resistance keeps density zero.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }

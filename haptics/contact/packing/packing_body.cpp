@@ -15,20 +15,22 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kBlock = 8;             // voxels along the edge of a block of the field
-constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves between two notes about a sphere
-constexpr double kAround = 1.8;       // voxels around a sphere and the gaps beside it that interpolation reads
-constexpr double kGapsAround = 2;     // in radii of the largest hole: extent of the gaps beside a sphere
-constexpr std::size_t kMost = 50000;  // limit of waiting notes; above it the field is updated without a request
+constexpr int kBlock = 8;            // voxels, edge of a block of the field
+constexpr double kNoteEvery = 0.03;  // voxels, motion of the tool's ball between two notes about a sphere
+constexpr double kAround = 1.8;  // voxels, width of the region around a sphere and its gaps that interpolation reads
+// extent of the gaps beside a sphere, as a multiple of the radius of the largest hole
+constexpr double kGapsAround = 2;
+// limit of the number of waiting notes; with more notes, the field is updated without a request
+constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Position of the tool's ball when it reached deepest into the sphere.
+/// Position of the tool's ball at its deepest overlap with the sphere.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
 
-/// The remainder of a sphere after a ball of radius `r` around its centre has removed all of it.
+/// The state of a sphere after a ball of radius `r` around its centre has removed all of it.
 CutSphere taken_by_ball(const CutSphere& s, double r) {
   CutSphere gone = s;
   gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
@@ -70,7 +72,7 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
 }
 
 /// Tissue and hardness of each sphere are those of the voxel at its initial centre. The packer has cleaned dithered
-/// borders, so a voxel's label is used only if it was painted since.
+/// borders, so a voxel's label is used only if the voxel was painted after that.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -115,7 +117,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut has begun: note the result of the previous one.
+  // A new cut has begun, so the result of the previous cut is noted now.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -152,7 +154,7 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // In the field, a detached sphere takes the gaps beside it along, up to the spheres that stay.
+    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius();
@@ -190,7 +192,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// Restores the spheres of a stroke to their states before it, or after it.
+/// Restores the spheres of a stroke to their states before the stroke, or after it.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);
@@ -205,7 +207,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Call after a stroke of the field was undone or redone, which may be a brush stroke.
+/// Must be called after undo or redo of a stroke of the field, which may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();
@@ -282,7 +284,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Sort the notes by the blocks of the field that they affect.
+  // Sorts the notes by the blocks of the field that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

@@ -11,19 +11,19 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. Cuts change only the spheres; the field is updated on request.
-/// Update of the field: each cut sphere stores the position of the tool's ball at its deepest overlap. Around the
-/// sphere, including the gaps beside it, the field is raised to the depth of that ball. A sphere adds a note about the
-/// ball's position whenever the ball has moved by 0.03 voxel. So the field depends only on the cuts, not on the times
-/// of the requests, and its error is 0.03 voxel at most.
+/// Carver thread. Cuts change only the spheres; the field is updated on request, as follows. Each cut sphere stores
+/// the position of the tool's ball at its deepest overlap. Around the sphere, including the gaps beside it, the field
+/// is raised to the depth of that ball. A sphere adds a note about the ball's position whenever the ball has moved by
+/// 0.03 voxel. So the field depends only on the cuts, not on the times of the requests, and the error of the field is
+/// at most 0.03 voxel.
 class PackingBody final : public TissueBody {
  public:
-  /// `packing` must have been made from `tissue`. Throws Error otherwise.
+  /// `packing` must have been made from `tissue`; otherwise throws Error.
   PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
               const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called, because the model refuses filling instruments.
+  /// Is never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
   void begin_stroke() override;
@@ -44,13 +44,13 @@ class PackingBody final : public TissueBody {
   struct Kept {
     int sphere;
     CutSphere state;   // state before the stroke; after an undo: state after the stroke
-    dvec3 last_noted;  // m
+    dvec3 last_noted;  // m, position of the tool's ball in the sphere's last note
   };
   struct Stroke {
     std::vector<Kept> kept;
     bool in_field = false;  // the stroke also exists in the volume
   };
-  /// A ball of the tool that removed a part of a sphere, not yet applied to the field.
+  /// A ball of the tool that removed a part of a sphere; the removal is not yet applied to the field.
   struct Note {
     int sphere;
     dvec3 p_W;  // m
@@ -76,18 +76,18 @@ class PackingBody final : public TissueBody {
   std::vector<LoosePiece> pieces_;
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
-  std::vector<std::uint64_t> kept_in_;  // for each sphere the stroke that last stored its state
+  std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state
   std::uint64_t stroke_ = 0;
   std::vector<LooseSpheres::Changed> cut_now_;  // spheres changed by the present cut
-  std::vector<std::uint64_t> changed_in_;       // for each sphere the cut that last changed it
+  std::vector<std::uint64_t> changed_in_;       // for each sphere: number of the cut that last changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres changed since remember_writes(true)
-  std::vector<dvec3> last_noted_;  // m, for each sphere the position of the tool's ball in its last note
+  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the sphere's last note
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of the volume's brush strokes that the spheres include
-  bool repainted_ = false;    // painted since the last snapshot
+  std::uint64_t paints_ = 0;  // number of the volume's brush strokes that the spheres already include
+  bool repainted_ = false;    // the tissue was painted since the last snapshot
 };
 
 }  // namespace typodont::haptics::packing

@@ -1,4 +1,4 @@
-// "packing": tissue and tool as sphere packings (S2).
+// "packing": tissue and tool as sphere packings (paper S2 in docs/papers.md).
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ inline constexpr std::string_view kName = "packing";
 /// "HEAD.stl", "unit_mm": 1}}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
-/// The packing of a tissue as this method makes or reads it, and the method's parameters. packed_by() returns nothing
-/// for another method.
+/// The packing of a tissue, as this method makes or reads it, and the method's parameters. For another method,
+/// packed_by() returns nothing.
 struct Packed {
   SpherePacking packing;
   Parameters parameters;

@@ -13,15 +13,18 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;         // m, upper limit of the searched clearance
-constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest sphere
-constexpr int kTrials = 8;              // cost evaluations to find the length of one step
-constexpr double kWellSpent = 0.85;     // fraction of the budget; a step that uses at least this much is accepted
+constexpr double kLook = 10e-3;     // m, limit of the distance in which a clearance is searched
+constexpr double kNearby = 0.2e-3;  // m, distance within which a point gets the tissue of the nearest sphere
+constexpr int kTrials = 8;          // number of cost evaluations that determine the length of one step
+// lower limit of the used fraction of the budget; a step that uses at least this much is accepted
+constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the tool
-constexpr int kPositionsCompared = 16;  // tool positions at which GPU and CPU are compared
-constexpr double kLargestTurn = 0.02;   // rad in one cut: its chord deviates from the arc by 5e-5 of the head's reach
+constexpr int kPositionsCompared = 16;  // number of tool positions at which GPU and CPU are compared
+// rad, limit of the rotation in one cut: the chord then deviates from the arc by 5e-5 of the head's reach
+constexpr double kLargestTurn = 0.02;
 
-/// The proxy computes friction, set by set_friction() in every tick; the servo computes spring and damper.
+/// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's
+/// friction in every tick.
 constexpr ProxyOptions kFrictionless{.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0};
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
@@ -65,7 +68,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-/// Copies the spheres to the GPU. The first snapshot decides whether the GPU is used.
+/// Copies the spheres to the GPU. The first snapshot determines whether the GPU is used.
 void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
@@ -83,8 +86,9 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The new snapshot lacks the servo's cuts since it was taken, so they are repeated in it. If the carver has undone a
-  // stroke or removed a loose piece, a cut may now remove another volume than the first time.
+  // The new snapshot lacks the cuts that the servo made since it was taken, so they are repeated in the snapshot. If
+  // the carver has undone a stroke or removed a loose piece, such a cut may now remove another volume than the first
+  // time.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -99,7 +103,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo the new spheres are those of the servo minus loose pieces, so the near lists stay valid.
+  // If there was no undo or redo, the new spheres are those of the servo minus the loose pieces, so the near lists
+  // stay valid.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -136,7 +141,8 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the tool's path, and detects that contacts hold the tool although it would be free at the hand's position.
+/// Stores the tool's path. Also detects that contacts hold the tool although the tool would be free at the hand's
+/// position.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -159,13 +165,14 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Leads the tool back along its path (where it has been, tissue has only been removed) without cutting, at a limited
-/// speed, to the point of the path that is nearest to the hand. True while it is being led.
+/// Leads the tool back along its path without cutting, at a limited speed, to the point of the path that is nearest
+/// to the hand. (On the path, tissue has only been removed.) Returns true while the tool is being led.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
-  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));  // m
+  // m, limit of the motion per tick
+  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
     const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
@@ -196,7 +203,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // While the tool is free, the servo moves it without calling this model: take over its pose.
+  // While the tool is free, the servo moves it without calling this model. So the proxy takes over the servo's pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -270,8 +277,8 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Upper bound of the energy of a motion, J: tissue that several of the head's spheres cover is counted for each.
-/// `near_to`: end of the motion for which find_near() was called.
+/// Upper bound of the energy of a motion, J. It is an upper bound because tissue that several of the head's spheres
+/// cover is counted for each of them. `near_to`: end of the motion for which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -312,8 +319,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The cost grows faster after another sphere is reached, where the secant method converges slowly; so bisection is
-    // used every second time.
+    // The cost grows faster after another sphere is reached, and the secant method then converges slowly. So every
+    // second step uses bisection.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -356,7 +363,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().note_cut(tree, i, before.center(), before.radius());
     });
   }
-  // No sphere changed: only rounding held the proxy, and follow() will move it in the next tick.
+  // If no sphere changed, only rounding held the proxy, and follow() will move the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -1,4 +1,4 @@
-// The servo's half of "packing": the three passes of S2 in each tick.
+// The servo's half of "packing": the three passes of paper S2 in each tick.
 #pragma once
 
 #include <array>
@@ -17,19 +17,19 @@
 namespace typodont::haptics::packing {
 
 /// Servo thread. constrain() does passes 1 and 2: first contact, and the material there. cut() does pass 3: removal
-/// along the motion. A packing of millions of spheres is tried on a GPU at the first snapshot; the passes run there if
-/// that is faster and gives the same bits.
-/// The cutting speed of eq. 4, v_d = v_b / ρ, follows from the energy that the servo has earned: removing the volume dV
-/// of tissue with the specific energy u costs u dV; a head with the contact area A moving at v_d costs A u v_d; and the
-/// motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's
-/// `earn` computes P by Preston's law). So v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut()
-/// finds the step whose removal costs the earned energy.
+/// along the motion. For a packing of millions of spheres, the model tries a GPU at the first snapshot; the passes
+/// then run on the GPU if it is faster and gives the same bits. The cutting speed of eq. 4, v_d = v_b / ρ, follows
+/// from the energy that the servo has earned: removing the volume dV of tissue with the specific energy u costs u dV;
+/// a head with the contact area A moving at v_d costs A u v_d; and the motor delivers the power P at the teeth
+/// (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P by Preston's law). So
+/// v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut() finds the step whose removal costs the
+/// earned energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because the tissue's spheres can only shrink, and for a tool with parts
   /// that never cut.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Uses the given passes on a GPU, even if they are slower than the CPU. For tests.
+  /// Uses the given passes on a GPU, even if the GPU is slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -65,13 +65,14 @@ class PackingModel final : public ContactModel {
   PerTissue density_{};  // relative to dentin
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
-  std::vector<SphereProxy> proxies_;    // one per tool
+  std::vector<SphereProxy> proxies_;    // proxies, one per tool
   std::unique_ptr<ComputePasses> gpu_;  // null: CPU only
   bool gpu_must_win_ = false;           // use the GPU only if it is faster
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, proxy position last returned to the servo
-  /// State for leading a tool back along its path when contacts hold it far from the hand, as in the model "offset".
+  dvec3 held_{0};  // m, position of the proxy that was last returned to the servo
+  /// State for leading a tool back along its path when contacts hold the tool far from the hand, as in the model
+  /// "offset".
   struct Retreat {
     offset::RetreatPath path;  // in units of kPathUnit
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
@@ -83,9 +84,9 @@ class PackingModel final : public ContactModel {
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
-  std::vector<std::size_t> near_end_;  // for each list in near_ the index after its last entry
-  double price_ = 0;                   // J for the whole motion at the last step's cost per metre; 0: unknown
-  double last_path_length_ = 0;        // m, length of the whole motion in the last cut
+  std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
+  double price_ = 0;  // J, cost of the whole motion, estimated with the last step's cost per metre; 0: unknown
+  double last_path_length_ = 0;  // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;
 };
 

@@ -1,4 +1,4 @@
-// Data shared by both halves of the packing model: parameters, the snapshot, the cut.
+// Data that both halves of the packing model use: parameters, the snapshot, the cut.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +15,21 @@
 namespace typodont::haptics::packing {
 
 struct Parameters {
-  std::size_t spheres = 36000;           // number of spheres of the tissue
-  std::uint64_t seed = 1;                // seed of the packings of tissue and tools
-  std::filesystem::path file;            // file of a packing to use instead; empty: none
-  std::optional<ToolSpheres> tool_mesh;  // head of the first tool from a closed mesh; empty: from the tool table
-  std::size_t tool_spheres = 60;         // number of spheres of a head that is not a ball
-  /// Fixed v_b of eq. 4 in m/s at density 1, independent of the force, as in the paper; 0: v_b follows from the motor's
-  /// power, see PackingModel::cut().
+  std::size_t spheres = 36000;  // number of spheres of the tissue
+  std::uint64_t seed = 1;       // seed of the packings of tissue and tools
+  std::filesystem::path file;   // file with a packing that is used instead; empty: none
+  // head of the first tool, made from a closed mesh; empty: the head is made from the tool table
+  std::optional<ToolSpheres> tool_mesh;
+  std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
+  /// Fixed v_b of eq. 4, m/s, at density 1 and independent of the force, as in the paper; 0: v_b follows from the
+  /// motor's power, see PackingModel::cut().
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
-  bool by_contact = false;  // with a fixed v_b: use ρ of eq. 3, which grows with the contact (reaming), instead of ρ̂
-  double epsilon = 0.05e-3;                    // m, enlargement of the tool for estimating the surface
-  PerTissue density = given();                 // relative to dentin; negative: the ratio of the specific energies
-  std::filesystem::path material;              // file of a fit to a measurement (eq. 14)
+  double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, at very low density
+  // with a fixed v_b: true uses ρ of eq. 3, which grows with the contact (reaming); false uses ρ̂
+  bool by_contact = false;
+  double epsilon = 0.05e-3;        // m, enlargement of the tool for estimating the surface
+  PerTissue density = given();     // density relative to dentin; negative: the ratio of the specific energies is used
+  std::filesystem::path material;  // file of a fit to a measurement (eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the fit was made
   std::vector<float> fitted;                   // fitted hardness of every sphere; empty: none
   Removal removal = Removal::kMended;
@@ -39,7 +41,7 @@ struct Parameters {
   }
 };
 
-/// A tool of the set in the representation of this model.
+/// A tool of the set as spheres.
 inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
   return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed);
@@ -55,7 +57,7 @@ inline PerTissue densities(const Parameters& parameters, const MaterialTable& ma
   return density;
 }
 
-/// All spheres in their present state: snapshots of this model contain the whole tissue.
+/// A snapshot with all spheres in their present state, so it contains the whole tissue.
 struct PackingSnapshot final : Snapshot {
   SphereTissue spheres;
 };
@@ -67,9 +69,10 @@ struct CutBuffers {
   std::vector<CutSphere> before;
 };
 
-/// Removes the tissue that the tool's head covers on its motion from A to B; called by servo and carver, which get the
-/// same bits. Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes the indices of
-/// the spheres that sphere t of the head can touch on its motion, in the tree's order, and returns their number.
+/// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver call this function, so
+/// both get the same bits. Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes
+/// the indices of the spheres that sphere t of the head can touch on its motion, in the tree's order, and returns
+/// their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

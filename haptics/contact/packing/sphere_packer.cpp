@@ -20,21 +20,24 @@ namespace {
 
 using packing::DepthField;
 
-// All lengths in this file are in voxels of the field, unless a name says metres.
+// All lengths in this file are in voxels of the field, unless a comment says metres.
 
 constexpr int kEdge = 4;  // nodes along a block's edge
 constexpr int kNodes = kEdge * kEdge * kEdge;
-constexpr float kFullDepths = 2;           // free radii above this multiple of the limit are not distinguished
-constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid over the radius limit
-// a finer grid is made once the largest free sphere's radius is at most this many spacings
+// free radii are stored up to this multiple of the radius limit; larger ones are not distinguished
+constexpr float kFullDepths = 2;
+constexpr double kFirstSpacing = 1 / 3.0;  // ratio of the first grid's spacing to the radius limit
+// spacings, threshold: a finer grid is made once the largest free sphere's radius is at most this large
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;        // ratio between the spacings of successive grids
-constexpr double kLeastRadius = 0.3;  // spacings; smaller spheres found at a node are skipped until the grid is finer
-// a sphere is placed if its radius is at least this fraction of the radius that is expected at its node
+constexpr double kFiner = 1.5;  // ratio between the spacings of successive grids
+// spacings, lower limit of the radius: a smaller sphere found at a node is skipped until the grid is finer
+constexpr double kLeastRadius = 0.3;
+// lower limit of the ratio of a sphere's radius to the radius expected at its node; a smaller sphere is not placed
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;      // spacings, largest distance of a centre from its node
-constexpr double kLastStep = 0.02;          // spacings, last step of the search for a sphere's centre
-constexpr double kSmallestSpacing = 0.004;  // voxels; if a finer grid would be needed, the packing is full
+constexpr double kLargestTravel = 1.0;  // spacings, limit of the distance of a centre from its node
+constexpr double kLastStep = 0.02;      // spacings, length of the last step of the search for a sphere's centre
+// voxels, lower limit of the spacing; if a finer grid would be needed, the packing is complete
+constexpr double kSmallestSpacing = 0.004;
 
 /// Directions distributed evenly over the ball (Fibonacci lattice).
 template <std::size_t kCount>
@@ -53,7 +56,7 @@ struct Placed {
 };
 
 /// Limits the free radii of a block's nodes by a placed sphere. `to`: vector from the sphere's centre to the first
-/// node. True if any radius decreased.
+/// node. Returns true if any radius decreased.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -67,8 +70,8 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Order of placement: among spheres that reach the limit, the tightest position first, so that they lie close
-/// together; then the larger ones first.
+/// The key that determines the order of placement. Among spheres that reach the radius limit, the one in the tightest
+/// position comes first, so that spheres lie close together; smaller spheres follow, the largest first.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
@@ -98,7 +101,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// Places the next sphere; false if the finest grid finds no room.
+  /// Places the next sphere. Returns false if no space is left, even on the finest grid.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -117,14 +120,15 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // a sphere at another node may be larger
+      // the free sphere at another node may be larger
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // A sphere that was moved away from its node may leave the node's free radius unchanged.
+      // If refinement moved a sphere away from its node, the sphere may not reduce the node's free radius; the node
+      // is then used up.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
@@ -149,7 +153,8 @@ class Packer {
   }
 
  private:
-  /// 4³ nodes of the grid: the radius of the largest free sphere around each, 0 or less if there is none.
+  /// A block of 4³ nodes of the grid. Each node stores the radius of the largest free sphere around it; 0 or less if
+  /// no sphere fits.
   struct Block {
     alignas(32) float free[kNodes];
     glm::ivec3 at;  // index of the block
@@ -260,7 +265,7 @@ class Packer {
     block_at_.assign(cell_count, -1);
     for (std::size_t i = 0; i < placed_.size(); ++i) link(static_cast<int>(i));
 
-    // Every block that may contain tissue, initially without spheres.
+    // Makes every block that may contain tissue, initially without spheres.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
     for (int x = 0; x < cells_.x; ++x) {
@@ -275,12 +280,12 @@ class Packer {
         }
       }
     }
-    // Reduce the free radii by the placed spheres. No remaining sphere can be much larger than the last one.
+    // Reduces the free radii by the placed spheres. No further sphere can be much larger than the last one.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // Reduce the free radii by the tissue's depth; drop blocks without room.
+    // Reduces the free radii by the tissue's depth, and drops blocks in which no sphere fits.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -309,7 +314,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // A node's free radius is at most the largest remaining one, so the effect of a sphere ends there.
+    // A node's free radius is at most the largest one that remains, so a sphere has no effect beyond this distance.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -318,8 +323,8 @@ class Packer {
     });
   }
 
-  /// Moves from a node to the largest free sphere near it: a search along evenly distributed directions, whose step is
-  /// halved if none improves.
+  /// Moves from a node to the centre of the largest free sphere near it. The search uses evenly distributed
+  /// directions, and halves its step if no direction gives a larger sphere.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -332,7 +337,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Spheres farther away than the largest possible one have no effect.
+    // Spheres farther away than the largest possible radius have no effect.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -348,7 +353,8 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at a point, at most the limit. If it is not above `enough`, any value up to `enough` may be returned.
+  /// Free radius at a point, limited to the radius limit. If the radius is not above `enough`, the function may
+  /// return any value up to `enough`.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -358,7 +364,8 @@ class Packer {
     return std::min(free, field_.in(tissue, p));
   }
 
-  /// Corrects the error of linear interpolation of the depth, so that a sphere does not protrude from its tissue.
+  /// Shrinks a sphere until it no longer protrudes from its tissue; this corrects the error of the depth's linear
+  /// interpolation.
   void shrink_into(Placed& s, Tissue& label) const {
     static const std::array<dvec3, 48> kAround = even_directions<48>();
     label = field_.tissue_at(s.p);
@@ -377,7 +384,7 @@ class Packer {
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  std::vector<int> block_at_, first_link_;  // for each cell (the position of a block) its block and its first link
+  std::vector<int> block_at_, first_link_;  // for each cell (position of a block): its block, and its first link
   struct Link {
     int sphere, next;
   };
@@ -435,7 +442,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels of air around the tissue
+  constexpr int kAir = 2;  // voxels, width of the layer of air around the tissue
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));

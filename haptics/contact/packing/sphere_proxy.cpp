@@ -9,23 +9,26 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kSweeps = 24;  // limit of sweeps per tick; the rest of the motion waits for the next tick
-constexpr int kStuck = 8;    // consecutive sweeps without progress that end a tick, in a cavity with many contacts
-constexpr int kSlides = 6;   // limit of contacts of the non-cutting parts that one cut may find
-constexpr int kRounds = 60;  // iterations of the projection
-constexpr double kSettled = 1e-12;     // m, convergence tolerance of the projection
-constexpr double kArrived = 1e-10;     // m, remaining displacement below which the proxy has reached its goal
-constexpr double kLargestTurn = 0.02;  // rad in one step: its chord deviates from the arc by 5e-5 of the reach
-constexpr double kMargin = 60e-6;      // m, mean margin of the near lists
-constexpr double kLook = 2e-3;         // m, search distance if nothing is within the margin
-constexpr double kRounding = 1e-12;    // m by which bounds of distances are enlarged or reduced for rounding
-// m; a cut sphere that protrudes by at most this from its earlier state reduces the margins of all lists and
-// invalidates none
+constexpr int kSweeps = 24;  // limit of the number of sweeps per tick; the rest of the motion waits for the next tick
+// limit of the number of consecutive sweeps without progress; then the tick ends (in a cavity with many contacts)
+constexpr int kStuck = 8;
+constexpr int kSlides = 6;          // limit of the number of contacts of the non-cutting parts that one cut may find
+constexpr int kRounds = 60;         // limit of the iterations of the projection
+constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
+constexpr double kArrived = 1e-10;  // m, remaining displacement below which the proxy has reached its goal
+// rad, limit of the rotation in one step: the chord then deviates from the arc by 5e-5 of the reach
+constexpr double kLargestTurn = 0.02;
+constexpr double kMargin = 60e-6;    // m, mean margin of the near lists
+constexpr double kLook = 2e-3;       // m, search distance if no sphere lies within the margin
+constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
+// m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
+// margins of all lists are reduced
 constexpr double kStickOut = 1e-6;
-constexpr double kPastTheEnd = 1.0000001;  // ratio to a motion: contacts exactly at its end are included
-constexpr std::size_t kListed = 64;        // least number of entries of a list
-constexpr std::size_t kAllListed = 16384;  // least number of entries of all lists together
-constexpr int kNotAgain = 64;              // searches after which a list that was too long is tried again
+// factor on a motion's length, so that contacts exactly at its end are included
+constexpr double kPastTheEnd = 1.0000001;
+constexpr std::size_t kListed = 64;        // lower limit of the capacity of a list, entries
+constexpr std::size_t kAllListed = 16384;  // lower limit of the capacity of all lists together, entries
+constexpr int kNotAgain = 64;              // number of searches after which a list that was too long is tried again
 
 }  // namespace
 
@@ -97,7 +100,8 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // Margins vary, so that the lists of a tool that moves straight on are not all renewed in the same tick.
+  // The margins differ between lists, so that the lists of a tool that moves straight on are not all renewed in the
+  // same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = kMargin * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
@@ -117,7 +121,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
   const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
   auto last = to;
-  if (count > room_) {  // keep only the nearest; the first omitted sphere limits the list's margin
+  if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
     last = from + static_cast<std::ptrdiff_t>(room_);
     std::nth_element(from, last, to, nearer);
     margin = last->gap;
@@ -130,8 +134,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   list.free = std::min(list.margin, near[0].gap);
 }
 
-/// The first listed sphere that a sphere of the tool touches before `until`. `certain`: no unlisted sphere comes
-/// earlier.
+/// The first listed sphere that a sphere of the tool touches before `until`. `certain`: true if no unlisted sphere
+/// can be touched earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -154,9 +158,9 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// The first contact of the tool's spheres from `begin` to `end` before `until`; among simultaneous ones the one with
-/// the lowest index. The lists are searched first: after a known contact the remaining motion is usually so short that
-/// the tree need not be searched.
+/// The first contact of the tool's spheres from `begin` to `end` before `until`. Of simultaneous contacts, the one
+/// with the lowest index. The lists are searched first: after a known contact, the remaining motion is usually so
+/// short that the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -216,12 +220,13 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return count;
 }
 
-/// Fraction 0 to 1 of the motion to `goal` that the proxy can move: up to kGap before the first contact.
+/// Fraction 0 to 1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap before the
+/// first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m per unit of the motion's parameter
+  // m of approach per unit of the motion's parameter
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -241,9 +246,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Repeat with this contact as a constraint; follow() does not find it while a contact of the head stops the proxy
-    // first. If a motion along a known contact still approaches it, the rotation has curved the path: the constraint's
-    // gap is then reduced by this approach.
+    // Repeats the search with this contact as a constraint. (follow() does not find this contact while a contact of
+    // the head stops the proxy first.) If a motion along a known contact still approaches it, the rotation has curved
+    // the path; then the constraint's gap is reduced by this approach.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -289,7 +294,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Index of this contact in contacts_; count_ if it is not listed.
+/// Index of this contact in contacts_; count_ if the contact is not listed.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -298,7 +303,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // replace the constraint with the smallest push
+  if (at == kMostContacts) {  // replaces the constraint with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -319,7 +324,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // Keep contacts of the last tick that still touch.
+  // Keeps the contacts of the last tick that still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -338,7 +343,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): the normal displacement of the proxy limits its sliding.
+    // Coulomb friction (eq. 10–13): the normal displacement of the proxy limits how far it slides.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -353,7 +358,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Make one part of the motion with a collision test.
+    // Makes one part of the motion, with a collision test.
     const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
@@ -378,7 +383,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // Find the contacts that hold the proxy at its new position.
+  // Finds the contacts that hold the proxy at its new position.
   dvec3 by, turned;
   project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
   pushed_ = 0, n_W_ = dvec3(0);

@@ -1,4 +1,5 @@
-// The tool's proxy among spheres: it follows the hand as far as the spheres allow. S2, pass 1 and sec. III B, C.
+// The tool's proxy among spheres: it follows the hand as far as the spheres allow. Paper S2, pass 1 and sec. III B,
+// C.
 #pragma once
 
 #include <array>
@@ -25,7 +26,7 @@ struct ProxyContact {
   dvec3 n_W{0};     // unit, from the tissue's sphere to the tool's
   int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
-  double push = 0;  // m by which the constraint holds the proxy back along n_W
+  double push = 0;  // m, distance by which the constraint holds the proxy back along n_W
 };
 
 /// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons.
@@ -37,18 +38,18 @@ class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the proxy's pose without collision test. Overlapping spheres let it move out but not deeper.
+  /// Sets the proxy's pose without collision test. Spheres that overlap the tool let it move out but not deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy without collision test, after a cut has removed the tissue there.
+  /// Moves the proxy without collision test, after a cut has removed the tissue on the motion.
   void move_to(const Pose& X_W) noexcept;
-  /// Sets μ_s and μ_d of eq. 13, which depend on the touched tissue.
+  /// Sets μ_s and μ_d of eq. 13, which depend on the tissue in contact.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
   /// Invalidates the near lists, because spheres may have grown or returned.
   void forget_near() noexcept;
-  /// Notifies that a cut changed a sphere. A cut sphere lies within the sphere before that cut, but it may protrude
-  /// from the state after an earlier tick of the same cut.
+  /// Must be called when a cut changed a sphere. A cut sphere lies within the sphere before that cut, but it may
+  /// protrude from its state after an earlier tick of the same cut.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// For a cut: changes `move` and `turn` (m, rad) to the nearest motion on which the non-cutting parts do not
@@ -56,11 +57,12 @@ class SphereProxy {
   /// that is possible before a new contact. If the motion is longer than `longest_path` (m), contacts are not searched,
   /// and the fraction is 1.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// One tick: moves as near to the hand as the spheres allow. `gpu` searches the first contact if it is given and
-  /// ready.
+  /// One tick: moves the proxy as near to the hand as the spheres allow. `gpu` searches the first contact, if it is
+  /// given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// SphereTree::near_segment() for the motion of one of the tool's spheres from the proxy's pose to another one.
+  /// Result of SphereTree::near_segment() for the motion of one of the tool's spheres, from the proxy's pose to
+  /// another pose.
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<int> found) const noexcept;
 
@@ -95,21 +97,23 @@ class SphereProxy {
     /// Upper bound in m of the displacement of a tool sphere at this distance from the frame's origin.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// The tissue's spheres near one of the tool's, nearest first. Valid until the tool's sphere has moved by the list's
-  /// margin (a Verlet list, Verlet 1967). In a cavity the tree is then searched only once in many ticks.
+  /// The tissue's spheres near one of the tool's spheres, nearest first. The list is valid until the tool's sphere
+  /// has moved by the list's margin (a Verlet list, Verlet 1967). So in a cavity the tree is searched only once in
+  /// many ticks.
   struct NearList {
-    double margin = 0;  // m: spheres outside the list were at least this far away when it was made
+    double margin = 0;  // m: when the list was made, all spheres outside the list were at least this far away
     double moved = 0;   // m, upper bound of the displacement of the tool's sphere since the list was made
     double free = 0;    // m, distance of the nearest sphere; negative if it overlaps
     std::size_t count = 0;
-    int refused = 0;  // searches after which the list is tried again, because it was too long
+    int refused = 0;  // number of searches that remain until the list is tried again, because it was too long
   };
   struct Near {
     double gap;  // m
     int sphere;
   };
   struct Constraint {
-    // Change of the gap per metre of translation along each axis; m, its change per radian of rotation.
+    // n: change of the gap per metre of translation along each axis. turn: m, change of the gap per radian of
+    // rotation
     dvec3 n{0}, turn{0};
     double gap = 0;  // m
     double multiplier = 0;
@@ -135,13 +139,13 @@ class SphereProxy {
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
   std::vector<double> arm_;                  // m, distance of each of the tool's spheres from the frame's origin
-  std::vector<NearList> lists_;              // one for each of the tool's spheres
+  std::vector<NearList> lists_;              // lists, one for each of the tool's spheres
   std::size_t room_;                         // number of entries that each list can hold
   std::vector<Near> near_;                   // entries of all lists, one list after the other
   std::vector<int> found_;                   // result of one search
   std::vector<Near> found_gaps_;             // distances of the found spheres
   std::vector<SweptBall> swept_;             // balls of one search on the GPU
-  std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_ the index of the tool's sphere
+  std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of the tool's sphere
   double pushed_ = 0;                        // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

@@ -8,9 +8,10 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// cosine: a cut continues if it comes from within 60° of its previous direction
+/// cosine, lower limit: a cut is the continuation of the last cut if it comes from within 60° of the last direction
 constexpr double kSameSide = 0.5;
-/// fraction of the base's radius below which a sphere is removed, because a contact with it would be imperceptible
+/// lower limit of a sphere's radius, as a fraction of the base's radius; a smaller sphere is removed, because a
+/// contact with it would be imperceptible
 constexpr double kLeast = 1e-3;
 constexpr double kTouching = 1e-13;  // m, overlap that rounding causes between touching spheres
 
@@ -40,7 +41,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume in m³ that a sphere represents, including its part of the gaps around it.
+/// Volume that a sphere represents, m³, including its part of the gaps around it.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (!(s.radius() > kLeast * s.base_radius)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -57,7 +58,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Cuts `s` with a ball of radius `r` that moves from a to b. False if the ball does not overlap `s` further.
+/// Cuts `s` with a ball of radius `r` that moves from a to b. Returns false if the ball does not overlap `s` more
+/// deeply than before.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -147,8 +149,8 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own no voxel, so it keeps at least its own volume. Afterwards scale to each
-  // tissue's volume.
+  // A sphere smaller than a voxel may own no voxel, so it keeps at least its own volume. Afterwards, the volumes are
+  // scaled to the volume of each tissue.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

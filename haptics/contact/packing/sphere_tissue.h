@@ -14,8 +14,9 @@ namespace typodont::haptics::packing {
 
 /// Tissue removed by a cut.
 struct Removed {
-  PerTissue volume{};    // m³
-  PerTissue hardened{};  // m³, removed volume times hardness; times the specific energy it is the cutting energy
+  PerTissue volume{};  // m³
+  // m³, removed volume times hardness; multiplied by the specific energy, it gives the cutting energy
+  PerTissue hardened{};
 
   Removed& operator+=(const Removed& other) noexcept {
     for (std::size_t t = 0; t < volume.size(); ++t) volume[t] += other.volume[t], hardened[t] += other.hardened[t];
@@ -27,35 +28,36 @@ struct Removed {
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  /// `cell`: m³ of tissue that each sphere represents, see cell_volumes(); empty: its own volume times a factor per
-  /// tissue, so that the spheres of a tissue represent its whole volume.
+  /// `cell`: for each sphere the volume of tissue that it represents, m³, see cell_volumes(). Empty: each sphere
+  /// represents its own volume times a factor per tissue, so that the spheres of a tissue represent its whole volume.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return spheres_.size(); }
   const SphereTree& tree() const { return tree_; }
   Tissue tissue(int i) const noexcept { return tissue_[static_cast<std::size_t>(i)]; }
   const CutSphere& sphere(int i) const noexcept { return spheres_[static_cast<std::size_t>(i)]; }
-  /// Hardness of a sphere over its tissue's own hardness (hardness.h); above 1 if a density was fitted to a measurement
-  /// (eq. 14).
+  /// Hardness of a sphere as a fraction of its tissue's own hardness (hardness.h); above 1 if a density was fitted to
+  /// a measurement (eq. 14).
   double hardness(int i) const noexcept { return hardness_[static_cast<std::size_t>(i)]; }
   /// True if any sphere's hardness differs from 1.
   bool graded() const { return graded_; }
-  /// At set-up, or after the tissue was painted.
+  /// Sets tissue and hardness of a sphere; at set-up, or after the tissue was painted.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// m³ that a sphere represents: its own volume and its part of the gaps around it.
+  /// Volume that a sphere represents, m³: its own volume and its part of the gaps around it.
   double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// m³ that a sphere of this tissue represented in an earlier state.
+  /// Volume that a sphere of this tissue represented in an earlier state, m³.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Remaining volumes, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the
-  /// changed spheres to the front of `changed`, writes their previous states to the front of `before` (which may be
-  /// empty), and adds the removed volume to `removed`. Returns the number of changed spheres. `changed` must have room
-  /// for all spheres that the ball can touch; those that do not fit are not changed.
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of
+  /// the changed spheres to the front of `changed`, writes their previous states to the front of `before` (which may
+  /// be empty), and adds the removed volume to `removed`. Returns the number of changed spheres. `changed` must be
+  /// long enough for all spheres that the ball can touch; spheres that do not fit are not changed.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// cut() with known neighbours: the spheres that the ball can touch are the first `found` entries of `changed`.
+  /// Same as cut(), with known neighbours: the first `found` entries of `changed` are the spheres that the ball can
+  /// touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
   /// Cost of a cut: sum over `near` of the volume that cut() would remove, m³, times hardness times the tissue's
@@ -70,7 +72,7 @@ class SphereTissue {
   Removal removal() const { return removal_; }
   std::span<const CutSphere> spheres() const { return spheres_; }
 
-  /// Memory for spheres and tree.
+  /// Memory of the spheres and the tree, bytes.
   std::size_t bytes() const {
     return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes();
   }
@@ -87,8 +89,8 @@ class SphereTissue {
   SphereTree tree_;
 };
 
-/// m³ of tissue that belong to each sphere: each voxel's tissue counts for the nearest sphere, so that a cell contains
-/// the sphere and the gaps around it. The cells of a tissue's spheres together have that tissue's volume
+/// Volume of tissue that belongs to each sphere, m³. Each voxel's tissue counts for the nearest sphere, so a cell
+/// contains the sphere and the gaps around it. The cells of a tissue's spheres together have the tissue's volume
 /// (packing.solid_volume).
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 

@@ -15,11 +15,12 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// rounding error as a fraction of the packing's extent: about a dozen roundings in single precision
+// bound of the rounding error as a fraction of the packing's extent: about a dozen roundings in single precision
 constexpr double kRounding = 2e-6;
-constexpr std::size_t kDeepest = 10;  // levels: 8^10 leaves
+constexpr std::size_t kDeepest = 10;  // limit of the number of levels: 8^10 leaves
 
-/// contact_time() for eight spheres. One expression per lane, so that all processors give the same bits.
+/// Computes contact_time() for eight spheres. Each lane evaluates the same expression, so all processors give the
+/// same bits.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kWide; ++i) {
@@ -46,8 +47,8 @@ TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a sphere: anything farther away than `reach` is not touched. A box around a large
-/// sphere would exclude much less.
+/// A ball around the whole path of a sphere: tissue farther away than `reach` cannot be touched. A box
+/// around a large sphere would exclude much less.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -56,7 +57,7 @@ struct Around {
   }
 };
 
-/// Mask of the children that a moving box may touch before `until`; `enter`: earliest time.
+/// Mask of the children that a moving box may touch before `until`; `enter`: earliest time for each child.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -149,7 +150,7 @@ void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
   mend(s / kWide);
 }
 
-/// Updates the boxes above a leaf, up to the first that does not change.
+/// Updates the boxes above a leaf, up to the first box that does not change.
 void SphereTree::mend(std::size_t leaf) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   const Leaf& l = leaves_[leaf];
@@ -211,12 +212,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // A slower motion counts as rest: its whole displacement is far below the slack.
+    // A slower motion counts as rest: its whole displacement is far smaller than the slack.
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // Allowance for single-precision errors of positions and of the time of contact.
+  // Upper bound of single-precision errors of positions and of the time of contact.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -246,7 +247,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // Push the nearest child last, so that it is on top of the stack.
+    // The nearest child is pushed last, so that it is on top of the stack.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -330,7 +331,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // Push the nearest child last, so that it is on top of the stack.
+    // The nearest child is pushed last, so that it is on top of the stack.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

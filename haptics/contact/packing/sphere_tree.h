@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Eight spheres per leaf and eight children per node, which are tested in parallel. Metres, any frame. Built at
-/// set-up; everything else is noexcept and never allocates. One thread at a time.
+/// Eight spheres per leaf and eight children per node are tested in parallel. Metres, any frame. Built at set-up; all
+/// other functions are noexcept and never allocate. One thread at a time.
 class SphereTree {
  public:
   struct Hit {
@@ -29,25 +29,26 @@ class SphereTree {
     const Leaf& leaf = leaves_[s / kWide];
     return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
   }
-  /// 0 if the sphere has disappeared.
+  /// The radius of sphere i; 0 if the sphere has disappeared.
   double radius(int i) const noexcept {
     const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
     return leaves_[s / kWide].r[s % kWide];
   }
 
-  /// Sets a sphere's position and radius; radius 0: it has disappeared. Updates the boxes above it as far as they
-  /// change.
+  /// Sets a sphere's position and radius; radius 0: the sphere disappears. Updates the boxes above the sphere as far
+  /// as they change.
   void set(int i, const dvec3& center, double radius) noexcept;
 
-  /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`; among simultaneous ones the one
-  /// with the lowest index. The same bits as brute_force().
+  /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Of simultaneous contacts, the
+  /// sphere with the lowest index. Gives the same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// first_hit() among these spheres only (at most kWide), with the same bits.
+  /// Same as first_hit(), but only among the given spheres (at most kWide); gives the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Indices of the spheres nearer than `reach` to the segment from a to b, in an order that depends only on the tree.
-  /// Returns their number; if there are more than `found` can hold, the others are counted but not stored.
+  /// Indices of the spheres nearer than `reach` to the segment from a to b, in an order that depends only on the
+  /// tree. Returns their number. If there are more than `found` can hold, the remaining ones are counted but not
+  /// stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
   /// True if near_segment() would list sphere i.
@@ -60,11 +61,11 @@ class SphereTree {
     return (last - slot / kLanes) * kLanes + slot % kLanes;
   }
 
-  /// Distance in m that a point may move before it can be in a sphere: at most `most`, negative inside a sphere.
+  /// Distance that a point may move before it can be in a sphere, m: at most `most`, negative inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
 
-  /// The sphere whose surface is nearest to a point, -1 if all have disappeared; among equal ones the first in the
-  /// tree's order.
+  /// The sphere whose surface is nearest to a point; -1 if all have disappeared. Of equally near spheres, the first
+  /// in the tree's order.
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {
@@ -73,7 +74,7 @@ class SphereTree {
 
   static constexpr std::size_t kWide = 8;
 
-  // Public only for the kernels in the .cpp file.
+  // Is public only for the kernels in the .cpp file.
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
@@ -89,12 +90,12 @@ class SphereTree {
   void mend(std::size_t leaf) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;          // m by which boxes are enlarged; covers all rounding of single precision
-  std::vector<int> id_of_;    // for each slot its sphere; slot = leaf · 8 + lane; -1: none
-  std::vector<int> slot_of_;  // for each sphere its slot
+  double slack_ = 0;          // m, enlargement of the boxes; covers all rounding of single precision
+  std::vector<int> id_of_;    // for each slot: its sphere, -1 if none; slot = leaf · 8 + lane
+  std::vector<int> slot_of_;  // for each sphere: its slot
   std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;         // level by level, the one above the leaves first, the root last
-  std::vector<std::size_t> level_;  // for each level its first index in nodes_
+  std::vector<Node> nodes_;         // level by level: the level above the leaves first, the root last
+  std::vector<std::size_t> level_;  // for each level: its first index in nodes_
 };
 
 }  // namespace typodont::haptics::packing

@@ -11,8 +11,9 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSamples = 48;  // samples of the field along the longest side of the tool
-// Distance of the spheres of a chain over their radius: the notch between two spheres is then 2 % of the radius deep.
+constexpr double kSamples = 48;  // number of samples of the field along the longest side of the tool
+// Ratio of the distance between two spheres of a chain to their radius: the notch between two spheres is then 2 % of
+// the radius deep.
 constexpr double kChainStep = 0.4;
 
 /// Adds inscribed spheres along the axis of a part that never cuts.
@@ -37,7 +38,7 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   field.band = glm::length(extent);
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // any tissue, because a tool has only one material
+  field.tissue.assign(count, Tissue::kEnamel);  // any tissue is possible here, because a tool has only one material
   for (int x = 0; x < field.size.x; ++x) {
     for (int y = 0; y < field.size.y; ++y) {
       for (int z = 0; z < field.size.z; ++z) {

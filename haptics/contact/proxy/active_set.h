@@ -16,11 +16,12 @@ struct ActivePlanes {
   double push[3] = {};
 };
 
-/// Limits for linearly dependent normals. No unit: both are squared sines of an angle between normals.
+/// Limits for linearly dependent normals. They have no unit: both are squared sines of an angle between normals.
 struct ActiveSetLimits {
-  // Lowest pivot of the Gram matrix of the active normals; with a lower one the projection fails.
+  // Lower limit of a pivot of the Gram matrix of the active normals; if a pivot is smaller, the projection fails.
   double least_pivot = 0;
-  // Squared length of a new normal's part perpendicular to the active ones, below which its plane cannot become active.
+  // Lower limit of the squared length of a new normal's part perpendicular to the active normals; if it is smaller,
+  // the plane cannot become active.
   double least_rest = 0;
 };
 
@@ -31,20 +32,21 @@ struct ActiveSetLimits {
 ///     static constexpr ActiveSetLimits kLimits = {…};
 ///     Plane plane(int i) const noexcept;                    // or a reference
 ///     double excess(const Plane& plane, const dvec3& x) const noexcept;
-///     // Index of the most violated plane; -1: none. The `count` planes in `active` hold, apart from rounding.
+///     // Index of the most violated plane; -1: none. The `count` planes in `active` are satisfied, apart from
+/// rounding.
 ///     int worst(const dvec3& x, const int* active, int count) const noexcept;
 ///   };
 ///
-/// Everything depends on `Planes`, so each file can have its own instance with its own floating-point options. Never
-/// allocates.
+/// Every function depends on `Planes`, so each file has its own instance, compiled with its own floating-point
+/// options. Never allocates.
 template <class Planes>
 class ActiveSet {
  public:
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
-  /// Computes the point nearest to `goal` that all planes allow. `active` holds a guess of the active planes (or none)
-  /// on entry and the active planes on return. False if no such point was found: `x` is then undefined, and `active`
-  /// holds the planes at the failure.
+  /// Computes the point nearest to `goal` that all planes allow. On entry, `active` contains a guess of the active
+  /// planes (or none); on return, it contains the active planes. Returns false if no such point was found: `x` is
+  /// then undefined, and `active` contains the planes that were active when the search failed.
   bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
     count_ = 0;
     x = goal;
@@ -56,11 +58,11 @@ class ActiveSet {
   }
 
  private:
-  static constexpr int kMostRounds = 64;   // limit of planes added before the projection fails
-  static constexpr int kMostLeaving = 8;   // limit of active planes that one added plane may remove
+  static constexpr int kMostRounds = 64;   // limit of the number of planes added before the projection fails
+  static constexpr int kMostLeaving = 8;   // limit of the number of active planes that one added plane may remove
   static constexpr double kNever = 1e300;  // larger than any step
 
-  /// Solves gram · r = b, with b in the last column of `gram`. False if the normals are linearly dependent.
+  /// Solves gram · r = b, with b in the last column of `gram`. Returns false if the normals are linearly dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
       if (gram[i][i] < Planes::kLimits.least_pivot) return false;
@@ -77,7 +79,8 @@ class ActiveSet {
     return true;
   }
 
-  /// Computes r, the coordinates of v in the active normals (least squares). False if these are linearly dependent.
+  /// Computes r, the coordinates of v in the active normals (least squares). Returns false if the normals are
+  /// linearly dependent.
   bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
     double gram[3][4];
     for (int i = 0; i < count_; ++i) {
@@ -87,7 +90,7 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Starts with the guessed planes if each of them pushes at the solution; otherwise with none.
+  /// Starts with the guessed planes if each of them pushes at the solution; otherwise without active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};
@@ -117,12 +120,14 @@ class ActiveSet {
     return false;
   }
 
-  /// Moves x onto the plane and removes active planes that would pull. False if no point satisfies all planes.
+  /// Moves x onto the plane and removes active planes that would pull. Returns false if no point satisfies all
+  /// planes.
   bool add(int next, dvec3& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMostLeaving; ++turn) {
-      // rest: part of the new normal perpendicular to the active ones. r: coordinates of the other part in them.
+      // rest: part of the new normal perpendicular to the active normals. r: coordinates of the remaining part in the
+      // active normals.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

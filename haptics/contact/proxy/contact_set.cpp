@@ -24,7 +24,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Stores a refined contact; if all places are taken, it replaces the oldest.
+/// Stores a refined contact; if all places are in use, it replaces the oldest one.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {

@@ -13,7 +13,7 @@ struct ContactPlane {
   dvec3 x{0};        // point on the tissue's surface
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
   double gap = 0;    // distance between head and tissue at x, negative if they overlap
-  // Fraction of the slack that applies here; below 1 if the tissue is harder than the tissue being cut.
+  // 0..1, fraction of the slack that this contact allows; below 1 if its tissue is harder than the tissue being cut.
   double yields = 1;
   bool rim = false;  // true if a sharp rim of the head touches: n is then the tissue's normal
 };
@@ -25,16 +25,17 @@ struct RoughPlanes {
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
-/// The contacts of one search: all of them roughly, as arrays of floats; the few that hold the head exactly, too.
+/// The contacts of one search. All of them are stored roughly, as arrays of floats; the few that hold the head are
+/// also stored exactly.
 class ContactSet {
  public:
   static constexpr int kMax = RoughPlanes::kMax;
 
   int count() const { return count_; }
-  /// Number of the head's own contacts, which come first. The others were added by add().
+  /// Number of the head's own contacts, which come first; add() added the remaining contacts.
   int own() const { return count_ - added_; }
-  /// Adds a contact of another part of the tool, or a plane that leads the head; it never yields. False if the set is
-  /// full.
+  /// Adds a contact of another part of the tool, or a plane that leads the head. It allows no slack. Returns false if
+  /// the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// engaged_area(): voxels², area of the head within a voxel of tissue, weighted by nearness. engaged_normal():
@@ -44,7 +45,7 @@ class ContactSet {
   /// Deepest overlap in voxels; 0 if nothing overlaps.
   double deepest() const { return deepest_; }
 
-  /// One contact: exact if it was refined, otherwise as found.
+  /// Returns contact i: the exact contact if it was refined, otherwise the contact as found.
   ContactPlane plane(int i) const noexcept;
   /// A point one voxel below the tissue's surface at contact i.
   dvec3 below(int i) const noexcept {
@@ -53,7 +54,7 @@ class ContactSet {
   void set_yields(int i, double yields) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
-  /// True if the head lies so deep that its shape does not show the way out: see find_way_out().
+  /// True if the head lies so deep that its samples do not show the direction out of the tissue: see find_way_out().
   bool sunk() const { return sunk_; }
   /// True if the planes are the flat walls of a groove: they are exact as found.
   bool flat() const { return flat_; }

@@ -28,7 +28,8 @@ struct FlatHead {
   float thickness;   // half the head's width
 };
 
-/// Signed distance of points from the head and its gradient. Points are relative to the head's centre, in V.
+/// Computes the signed distance of points from the head, and its gradient. Points are relative to the head's centre,
+/// in V.
 TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
                                         F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
@@ -103,7 +104,7 @@ struct FlatField {
 };
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
-  double pair[8];  // a double moves two floats at once
+  double pair[8];  // moved as a double, so that one load moves two floats
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
   const F8 low = (F8)one, high = (F8)two;
@@ -153,8 +154,9 @@ struct SampleBatches {
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Searches contacts: samples of the head near tissue are moved to where head and surface are closest. Loads, square
-/// roots and divisions have a long latency, so all batches take one step before any takes the next one.
+/// Searches contacts: each sample of the head near tissue is moved to the point where head and surface are closest.
+/// Loads, square roots and divisions have a long latency, so all batches take one step before any batch takes the
+/// next step.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -201,9 +203,9 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // The weight of the area fades linearly over one voxel, so it changes smoothly. The weight of the normal also
-    // subtracts the area that would touch only if the head sank, which grows with the depth: twice the fade over half a
-    // voxel minus the fade over one.
+    // The weight of an area fades linearly over one voxel, so it changes smoothly. The weight of the normal is
+    // reduced by the area that would touch only if the head sank, and this area grows with the depth. So it is twice
+    // the fade over half a voxel, minus the fade over one voxel.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -225,7 +227,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // Only points that were already nearly on the surface count: across a ridge the step may end anywhere.
+    // Only points that were already nearly on the surface stay: across a ridge, the step may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
@@ -271,7 +273,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     const unsigned keep = bits_of(kept);
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    // Compact without a branch: which lanes are kept is not predictable.
+    // Compacts without a branch, because the kept lanes are not predictable.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
       F8 first;
@@ -321,8 +323,8 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Moves points inside the head to its surface; the gap becomes 0. `d`: the head's centre, relative to the points'
-/// origin. Without a head: the head has not moved since the search, and the known gaps are used.
+/// Moves points inside the head to the head's surface; their gap becomes 0. `d`: the head's centre, relative to the
+/// points' origin. If no head is given, the head has not moved since the search, and the known gaps are used.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
@@ -371,7 +373,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
       thickness(static_cast<float>(tool.radius() / voxel)),
       reach(static_cast<float>(tool.reach() / voxel)) {
   std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, P::near_free_end);
-  // Put neighbours into one batch: halve along the longest side until eight are left.
+  // Puts neighbouring samples into one batch: divides the set along its longest side until eight are left.
   const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
     if (count <= kBatch) return;
     dvec3 lo(1e300), hi(-1e300);
@@ -419,7 +421,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Coordinates relative to a voxel nearby keep more digits in floats.
+  // Coordinates relative to a voxel nearby are more precise in floats.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;

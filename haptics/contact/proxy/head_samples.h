@@ -27,18 +27,18 @@ struct Found {
 struct HeadSamples {
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);
 
-  /// Searches contacts of the head at X_VT: samples near tissue are moved to where head and surface are closest, and
-  /// kept if the gap there is below `near`.
+  /// Searches contacts of the head at X_VT. Each sample near tissue is moved to the point where head and surface are
+  /// closest; it is kept if the gap there is below `near`.
   Found look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept;
 
-  /// Updates normals and gaps of known points for a head with rotation R, `moved` since the search. Returns the deepest
-  /// overlap.
+  /// Updates normals and gaps of known points. The head has the rotation R and has moved by `moved` since the search.
+  /// Returns the deepest overlap.
   float update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
 
   /// Moves points that lie in the head to its surface. The head's centre is at `c`, relative to the points' origin;
   /// contacts that the head still touches get gap 0.
   void push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
-  /// push_out_at() for a head that has not moved since the search.
+  /// Same as push_out_at(), for a head that has not moved since the search.
   void push_out_here(RoughPlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];

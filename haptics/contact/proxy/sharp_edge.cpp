@@ -15,10 +15,10 @@ constexpr int kMostFaces = FlatWalls::kMost;
 
 struct Face {
   dvec3 x{0}, n{0};    // a point on the face, the face's outward normal
-  bool clean = false;  // true if no other face is near
+  bool clean = false;  // no other face is near
 };
 
-/// Moves `x` onto the nearest face. False if the field there does not belong to a plane.
+/// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
 bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
   const auto is_below = [&](const dvec3& p, const dvec3& n, double depth) {
     const dvec3 q = p - depth * n;
@@ -40,7 +40,7 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// True if the face continues farther from the groove in the same plane, without influence of the other wall.
+/// True if, farther from the groove, the face continues in the same plane, where the other wall has no influence.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
@@ -84,7 +84,8 @@ struct Faces {
   }
   double above(int i, const dvec3& p) const noexcept { return glm::dot(face[i].n, p - face[i].x); }
 
-  /// The point of the enclosed solid that is nearest to c: on a face, on the line of two, or where three meet.
+  /// The point of the enclosed solid that is nearest to c: on a face, on the line where two faces meet, or at the
+  /// point where three meet.
   bool nearest(const dvec3& c, dvec3& p) const noexcept {
     double least = 1e300;
     for (unsigned which = 1; which < (1u << count); ++which) {
@@ -128,7 +129,7 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
                      dvec3& nearest) noexcept {
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
-    // Search sideways; if that leads past the edge into the air, search downward too.
+    // Searches sideways; if that leads past the edge into the air, searches downward too.
     return face_from(patch, foot + E::aside * u, foot, face) || face_from(patch, foot + E::down * (u - n), foot, face);
   };
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -155,7 +156,7 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     }
   }
   if (faces.count < 2) return false;
-  // A rim has curved faces: use the faces in the section straight across it.
+  // The faces at a rim are curved, so the faces in the section straight across the rim are used.
   for (int turn = 0; !few && turn < 3; ++turn) {
     const dvec3 across = glm::cross(glm::cross(most[0].n, most[1].n), n);
     if (!(glm::length(across) > 1e-6)) return false;
@@ -165,8 +166,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     faces.add(most[0]), faces.add(most[1]);
   }
   if (!faces.convex() || !faces.nearest(c, nearest)) return false;
-  // Outside a true edge the field is the distance; for a solid made by intersection it is the distance to the farthest
-  // face.
+  // Outside a true edge the field is the distance. For a solid made by intersection, the field is the distance to the
+  // farthest face.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < E::agrees;

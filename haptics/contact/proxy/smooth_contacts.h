@@ -1,6 +1,6 @@
-// Contacts of the parts of a tool that never cut. The shank's contacts are computed in the coarse patch: exactly at
-// uncut tissue; at cut tissue only where the shank is wider than the head by more than the patch resolves. The safe
-// end's contacts are computed in the same patch as the head's.
+// Contacts of the parts of a tool that never cut. The shank's contacts are computed in the coarse patch. At uncut
+// tissue they are exact; at cut tissue, the shank has contacts only where it is wider than the head by more than the
+// patch resolves. The safe end's contacts are computed in the same patch as the head's.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +12,15 @@
 
 namespace typodont::haptics {
 
-/// Size of the coarse patch: one sample every `every` voxels, `edge` samples per edge; 0, 0: there is no such patch.
+/// Size of the coarse patch: one sample every `every` voxels, `edge` samples per edge. 0, 0: no coarse patch.
 struct CoarseGrid {
   int every = 0, edge = 0;
 };
 CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// The non-cutting parts of one tool. Far from tissue the shank costs one comparison per search: the distance that it
-/// may still move is known from the last search. All lengths in voxels. Never allocates after construction.
+/// The non-cutting parts of one tool. Far from tissue, a search costs one comparison for the shank, because the
+/// distance that the shank may still move is known from the last search. All lengths in voxels. Never allocates after
+/// construction.
 class NonCuttingContacts {
  public:
   NonCuttingContacts(const Tool& tool, double voxel);
@@ -27,11 +28,11 @@ class NonCuttingContacts {
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
   /// Distance that the tool may move or turn from X_VT before its shank can touch tissue. Valid only if it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They do not yield.
+  /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They allow no slack.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
   /// Adds the contacts of the last find(), updated for a tool that has moved a little.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
-  /// Tissue may have been added: the known free distance is no longer valid.
+  /// Must be called when tissue may have been added: the known free distance is then no longer valid.
   void forget() noexcept { known_ = false; }
 
  private:
@@ -48,7 +49,7 @@ class NonCuttingContacts {
     bool shank;
     double let;  // overlap that is tolerated, in voxels of the part's patch
   };
-  static constexpr int kMost = 5, kRoom = 8;  // limits of the contacts of one part and of all parts
+  static constexpr int kMost = 5, kRoom = 8;  // limits of the number of contacts: of one part, and of all parts
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
   double tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;

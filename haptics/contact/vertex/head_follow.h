@@ -12,25 +12,26 @@ namespace typodont::haptics::vertex {
 
 /// Lengths are multiples of the head's radius.
 struct FollowParameters {
-  // longest displacement of the head in one iteration, because the points' bounds are linear
+  // limit of the head's displacement in one iteration, because the points' bounds are linear
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;    // iterations with one list of points
-  static constexpr int rounds = 16;  // limit of lists per tick: the head moves by at most 4.8 radii
-  // ratio to `step`: after a shorter displacement no further iteration is needed
+  static constexpr int looks = 2;    // number of iterations with one list of points
+  static constexpr int rounds = 16;  // limit of the number of lists per tick: the head moves by at most 4.8 radii
+  // threshold, as a ratio to `step`: after a shorter displacement no further iteration is needed
   static constexpr double settled = 0.2;
-  // Ratio of the overlap to the head's radius above which the head counts as inside tissue.
+  // Threshold of the overlap, as a ratio to the head's radius: with more overlap, the head counts as inside tissue.
   static constexpr double led_out = 0.05;
-  /// Displacement of the head after which the points must be listed again, as a ratio to the head's radius.
+  /// Limit of the head's displacement, as a ratio to its radius, after which the points must be listed again.
   static constexpr double kept = 0.15;
   /// Distance from the head up to which points must be listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
 };
 
-/// Moves a head towards `to` while no point is near it. Each hop is at most as long as the search distance for points,
-/// so that no jump passes a thin wall. `list(p)`: lists the points around p if the present list does not suffice.
+/// Moves a head towards `to` while no point is near it. Each hop is at most as long as the search distance for
+/// points, so that no jump passes a thin wall. `list(p)`: lists the points around p, unless the present list
+/// suffices.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // limit per tick
+  constexpr int kMostHops = 64;  // limit of the number of hops per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -53,11 +54,11 @@ class HeadFollower {
 
   explicit HeadFollower(std::size_t most_points) { bounds_.reserve(most_points), points_.reserve(most_points); }
 
-  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Distance to a convex head is a
-  /// convex function, so a step that satisfies the bounds of all points overlaps none. `slack`: m of allowed overlap.
-  /// `give`: points that overlap only prevent deeper overlap. `list(p)`: lists the points around p if the present list
-  /// does not suffice. A head that is fast for its size needs several lists in a tick; otherwise it stays behind the
-  /// hand. Returns the final position.
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. The distance to a convex head is
+  /// a convex function, so after a step that satisfies the bounds of all points, the head overlaps none of them.
+  /// `slack`: m, allowed overlap. `give`: points that overlap only prevent deeper overlap. `list(p)`: lists the
+  /// points around p, unless the present list suffices. A head that is fast for its size needs several lists in a
+  /// tick; with one list it would lag behind the hand. Returns the final position.
   template <class List>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list) noexcept {
@@ -81,7 +82,7 @@ class HeadFollower {
   }
 
  private:
-  /// Moves the head as far as the listed points reach. Returns true if it has not arrived yet.
+  /// Moves the head as far as the listed points allow. Returns true if the head has not arrived yet.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 

@@ -21,10 +21,12 @@ using P = CutParameters;
 
 namespace {
 
-constexpr double kRounding = 1e-6;  // m, rounding error, because balls around faces are stored as floats
-constexpr int kMostRounds = 8;      // rounds of holding vertices back; after them the whole step is cancelled
-// cosine between a face's normal and the direction from the head's centre; above it, the face may lie behind another
-// one
+// m, upper bound of the rounding error of balls around faces, which are stored as floats
+constexpr double kRounding = 1e-6;
+// limit of the rounds in which vertices are moved back; after it, the whole step is cancelled
+constexpr int kMostRounds = 8;
+// threshold of the cosine between a face's normal and the direction from the head's centre; above it, the face may
+// lie behind another face
 constexpr double kLooksAway = -0.2;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -37,7 +39,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Height over longest edge; 0: degenerate.
+/// Height of a triangle over its longest edge, divided by that edge; 0: degenerate.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -63,7 +65,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // The last batch may reach beyond the last ball.
+  // The last batch may contain lanes beyond the last ball.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
@@ -101,8 +103,8 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
   sort_near();
 }
 
-/// Sorts the faces near the head by their index, so that the order does not depend on the position of the workpiece in
-/// the grid. A radix sort: comparisons would take a third of a cut.
+/// Sorts the faces near the head by their index, so that the order does not depend on the workpiece's position in the
+/// grid. Uses a radix sort, because a sort by comparisons would take a third of a cut.
 void MeshCutter::sort_near() noexcept {
   constexpr int kDigit = 9;  // bits
   constexpr Index kMask = (1u << kDigit) - 1;
@@ -129,7 +131,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > most) most = e2, longest = i;
     }
-    // Border edges, and edges that end at the border, do not change.
+    // Border edges do not change; neither do edges that end at the border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -154,13 +156,13 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be listed twice: by its own position and as a neighbour.
+  // A face may be in the list twice: once by its own position, and once as a neighbour.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
 }
 
-/// Target of a vertex inside the head. The radial direction is correct as long as it leads into the solid; if it would
-/// pass outward through a face around the vertex, the outward component is removed.
+/// Computes the target of a vertex inside the head. The radial direction is correct as long as it leads into the
+/// solid; if it would pass outward through a face around the vertex, its outward component is removed.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
@@ -228,7 +230,7 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
 }
 
-/// Collects the faces around the moving vertices in their previous state.
+/// Collects the faces around the moving vertices, with their state before the move.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) noexcept {
   affected_.clear();
   for (const Moved& m : moved_) {
@@ -240,7 +242,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
   }
 }
 
-/// Moves the vertices of a face back. False if none of them had moved.
+/// Moves the vertices of a face back. Returns false if none of them had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -253,8 +255,8 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// A face that rotates far in a step folds over, except if it ends parallel to the head's surface: a narrow one may
-/// become part of a wall.
+/// A face that rotates far in a step folds over. Exception: a face that ends parallel to the head's surface, because
+/// a narrow face may become part of a wall.
 void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   const auto folds = [&](const Affected& a, const dvec3& now) {
     const double length = glm::length(now), size = length * glm::length(a.normal);
@@ -283,7 +285,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   }
 }
 
-/// A face near the head that intersects f, for pairs of which at least one has changed; kNone if there is none.
+/// A face near the head that intersects f, such that f or this face has changed; kNone if there is none.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const std::size_t count = list_overlapping(ball_x_.data(), ball_y_.data(), ball_z_.data(), ball_r_.data(),
@@ -295,7 +297,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     const Index g = near_[overlapping_[k]];
     if (g == f || !(changed || face_seen_[g] == look_)) continue;
     // Two faces that share a vertex and are nearly coplanar intersect only if the surface folds, and then other pairs
-    // do, too.
+    // of faces intersect, too.
     const mesh::Face& other = mesh.face(g);
     bool shares = false;
     for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
@@ -310,7 +312,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
 }
 
 /// As long as all faces near the head face its centre, the surface there is star-shaped and cannot intersect itself.
-/// Faces that face away are tested individually: the other side of a thin wall, or an undercut.
+/// Faces that face away (the other side of a thin wall, or an undercut) are tested individually.
 void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
   const glm::vec3 axis(head.R_WT[2]);
@@ -334,7 +336,7 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
       suspects_.push_back(f);
       for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
     }
-    // Where the surface folds, faces toward the head may intersect those that face away.
+    // Where the surface folds, faces that face the head may intersect faces that face away.
     if (!suspects_.empty()) {
       const std::size_t looking_away = suspects_.size();
       for (const Affected& a : affected_) {
@@ -379,7 +381,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) 
   }
 }
 
-/// Collapses an edge if no face rotates far, none becomes too large, and the volume hardly changes.
+/// Collapses an edge if no face rotates far, no face becomes too large, and the volume hardly changes.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -421,7 +423,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Flips an edge between two nearly coplanar faces if this improves the flatter one of them.
+/// Flips an edge between two nearly coplanar faces if this improves the shape of the flatter face.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -478,8 +480,8 @@ void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double e
   }
 }
 
-/// Merges a vertex that had to stay inside the head into a neighbour on the head's surface. False if no neighbour is
-/// suitable.
+/// Merges a vertex that had to stay inside the head into a neighbour on the head's surface. Returns false if no
+/// neighbour is suitable.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   for (int tries = 0; tries < 2; ++tries) {
@@ -488,7 +490,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
     bool keeps_first = false;
     double nearest2 = 1e300;
     mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // first the edge that begins in v, then the one that ends in v
+      for (const bool before : {false, true}) {  // tries first the edge that begins in v, then the edge that ends in v
         const int i = before ? (c + 2) % 3 : c;
         const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
         const double far2 = edge2(mesh, f, i);

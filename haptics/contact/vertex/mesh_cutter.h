@@ -1,5 +1,5 @@
-// Cuts a mesh with a head by moving the mesh's vertices (S4, section 3), with additions to the paper: the mesh is
-// refined first, vertices move in a direction that stays in the solid, and slivers are repaired afterwards.
+// Cuts a mesh with a head by moving the mesh's vertices (paper S4 in docs/papers.md, section 3), with additions: the
+// mesh is refined first, vertices move in a direction that stays in the solid, and slivers are repaired afterwards.
 #pragma once
 
 #include <memory>
@@ -18,22 +18,28 @@ struct CutParameters {
   // Upper limit of an edge's length; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // lower limit of an edge's length; a shorter edge is collapsed
-  static constexpr double step = 0.5;       // length of a step of the head; with it no face rotates far in one step
+  // length of a step of the head; short enough that no face rotates far in one step
+  static constexpr double step = 0.5;
   // Limit of a vertex's displacement in a step; a vertex that would move farther belongs to another wall.
   static constexpr double farthest = 3;
   static constexpr double least_turn = 0.2;  // smallest cosine between a face's normals before and after a step
-  // Cosine between a face's normal and the head's above which the face may rotate farther.
+  // Lower limit of the cosine between a face's normal and the head's normal; above this limit, the face may rotate
+  // farther.
   static constexpr double faces_head = 0.3;
-  // cosine between faces at one vertex above which they are not tested for intersection
+  // lower limit of the cosine between two faces at one vertex; above this limit, they are not tested for intersection
   static constexpr double same_way = 0.6;
-  static constexpr double flattest = 0.12;   // height of a triangle over its longest edge; a flatter one is a sliver
-  static constexpr double overlap = 1e-10;   // m, overlap up to which a vertex lies on the head's surface
-  static constexpr double same_plane = 0.9;  // cosine between two faces whose common edge may be flipped
-  // Smallest cosine between a face's normals before and after the repair of a sliver.
+  // lower limit of a triangle's height over its longest edge, as a ratio; a flatter triangle is a sliver
+  static constexpr double flattest = 0.12;
+  // m, limit of the overlap of a vertex that counts as lying on the head's surface
+  static constexpr double overlap = 1e-10;
+  // lower limit of the cosine between two faces whose common edge may be flipped
+  static constexpr double same_plane = 0.9;
+  // Lower limit of the cosine between a face's normals before and after the repair of a sliver.
   static constexpr double least_turn_in_mending = 0.5;
-  // ratio to edge³: volume that may change when a vertex that folds the surface is removed
+  // limit, as a ratio to edge³, of the volume that may change when a vertex that folds the surface is removed
   static constexpr double most_given = 0.2;
-  static constexpr double most_volume = 0.02;  // ratio to edge³: volume that may change when a sliver is repaired
+  // limit, as a ratio to edge³, of the volume that may change when a sliver is repaired
+  static constexpr double most_volume = 0.02;
 };
 
 /// The tissue labels before the first cut; null if there is only one tissue.
@@ -49,15 +55,15 @@ struct CutDone {
 class MeshCutter {
  public:
   MeshCutter() = default;
-  /// `mesh`: determines the size of the buffers.
+  /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// Moves the head from A to B in straight steps. At A it overlaps no tissue. `edge`: m, edge length of the resulting
-  /// surface.
+  /// Moves the head from A to B in straight steps. At A the head must overlap no tissue. `edge`: m, edge length of
+  /// the resulting surface.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The printed algorithm: vertices inside the head at B move away from its centre or axis. It neither splits nor
-  /// repairs.
+  /// The algorithm as printed in the paper: vertices inside the head at B move away from its centre or axis. It
+  /// neither splits nor repairs.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -69,10 +75,10 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³, six times the signed volume between face and the head's centre
-    dvec3 normal;    // the normal times twice the area
+    double volume6;  // m³, six times the signed volume between the face and the head's centre
+    dvec3 normal;    // normal of the face, multiplied by twice its area
   };
-  /// A head at one position.
+  /// A head at one pose.
   struct Placed {
     const VertexHead& head;
     dvec3 p;
@@ -121,8 +127,8 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t look_ = 0;
-  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // number of the last search that visited them
-  std::vector<std::uint32_t> place_of_;                 // for a visited vertex that moves: its index in moved_
+  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // number of the last search that visited the vertex or face
+  std::vector<std::uint32_t> place_of_;                 // for a visited vertex that moves: index in moved_
   std::uint32_t edge_look_ = 0;
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;

@@ -14,10 +14,11 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-constexpr double kNear = 2.5;  // voxels, distance to a face below which a sample's value is computed from this face
+// voxels, limit: for a sample nearer than this to a face, the value is computed from this face
+constexpr double kNear = 2.5;
 
-/// The nearest point of a face to p, and its feature: 0 to 2 a corner, 3 to 5 an edge, 6 the interior (Ericson 2005,
-/// section 5.1.5).
+/// The nearest point of a face to p, and the feature on which the point lies: 0 to 2 a corner, 3 to 5 an edge, 6 the
+/// interior (Ericson 2005, section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -48,7 +49,7 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// The pseudonormal that separates inside from outside at a corner, an edge or a face (Baerentzen & Aanaes 2005).
+/// The pseudonormal at a corner, an edge or a face; it distinguishes inside from outside (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -142,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // No sample outside the blocks has changed.
+      // Samples outside the blocks have not changed.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -168,7 +169,8 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // the sample was tissue before
+      // the sample was tissue before, but its neighbours are outside
+      if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }
   }

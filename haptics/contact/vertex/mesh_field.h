@@ -5,8 +5,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Where the nearest face was moved by a cut, the field is the distance to it; elsewhere it is the tissue's original
-/// field. Samples far from all faces have the sign of their neighbours.
+/// Computes the field in `blocks`. Where a cut moved the nearest face, the field is the distance to this face;
+/// elsewhere it is the tissue's original field. Samples far from all faces get the sign of their neighbours.
 std::vector<RasterBlock> field_of(const mesh::EditableMesh& mesh, const FieldBlocks& blocks,
                                   const TissueVolume& untouched, const TissueVolume& now);
 

@@ -6,11 +6,12 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Bounds on steps of the head, in metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
+/// Bounds on a step of the head, in metres. `only_no_deeper`: bounds that the head overlaps only prevent deeper
+/// overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
-  // limits for neighbouring vertices on a fine mesh
+  // these limits suit neighbouring vertices on a fine mesh
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)

@@ -1,4 +1,4 @@
-// Limits the head's step towards the hand by the vertices around it.
+// Limits the head's step towards the hand by the vertices around the head.
 #pragma once
 
 #include <span>
@@ -13,8 +13,9 @@ struct StepBound {
   double gap;  // m, negative if the head overlaps
 };
 
-/// The step nearest to `wanted` that satisfies all bounds (dual active set: Goldfarb & Idnani 1983). If there is none,
-/// overlapping bounds only prevent deeper overlap. `active`: the bounds that hold the head.
+/// The step nearest to `wanted` that satisfies all bounds (dual active set: Goldfarb & Idnani 1983). If no such step
+/// exists, bounds that the head overlaps only prevent deeper overlap. `active`: receives the bounds that hold the
+/// head.
 dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

@@ -66,7 +66,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // Region that the head may have reached, including samples whose distance may have changed.
+  // The region that the head may have reached, plus the samples whose distance may have changed.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -86,7 +86,8 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Brush strokes belong to the field (rasterize()); the list contains them between the strokes of the mesh.
+/// Brush strokes belong to the field (rasterize()). The list of strokes also contains them, between the strokes of
+/// the mesh.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -95,7 +96,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // the brush stroke met no tissue
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // removes brush strokes that met no tissue
 }
 
 void VertexBody::begin_stroke() {
@@ -170,7 +171,7 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // The first snapshot that the model returned has no buffers yet.
+  // The first snapshot that the model returns has no buffers yet.
   fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }

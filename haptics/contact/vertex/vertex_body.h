@@ -19,7 +19,7 @@ namespace typodont::haptics::vertex {
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // for each vertex its index in the model's list
+  std::vector<std::uint32_t> sample_of;  // for each vertex: index in the model's list of samples
 };
 
 struct KeyLess {
@@ -36,7 +36,7 @@ class VertexBody final : public TissueBody {
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called, because the model refuses filling instruments.
+  /// Is never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override;
@@ -55,7 +55,7 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// m³ removed by all cuts so far, including undone ones.
+  /// Volume removed by all cuts up to now, undone ones included, m³.
   const PerTissue& removed() const { return removed_; }
 
  private:
@@ -70,7 +70,7 @@ class VertexBody final : public TissueBody {
   void count_painted();
 
   TissueVolume volume_;
-  std::size_t strokes_before_;  // number of strokes that the volume already had; the mesh does not contain them
+  std::size_t strokes_before_;  // number of strokes that the volume had at the start; the mesh does not contain them
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
@@ -83,11 +83,11 @@ class VertexBody final : public TissueBody {
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
   std::vector<Cut> written_;                   // cuts since remember_writes(true)
-  FieldBlocks unseen_;                         // blocks that the field must still update
+  FieldBlocks unseen_;                         // blocks that changed, but are not updated in the field yet
   std::optional<mesh::SurfacePieces> pieces_;  // for pictures; created at the first request
 };
 
-/// Executes a cut; called by servo and carver, which get the same bits.
+/// Executes a cut. Servo and carver call this function, so both get the same bits.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

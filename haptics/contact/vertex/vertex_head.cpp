@@ -13,7 +13,7 @@ VertexHead::VertexHead(const Tool& tool)
       reach_(tool.reach()),
       half_(tool.half()) {}
 
-/// The distance is convex along a line, so Newton's method started outside converges to the surface without
+/// The distance is convex along a line. So Newton's method, started outside, converges to the surface without
 /// overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {

@@ -1,4 +1,4 @@
-// A head in any pose that pushes vertices out of its inside (S4, section 3).
+// A head in any pose that pushes vertices out of its inside (paper S4, section 3).
 #pragma once
 
 #include <cmath>
@@ -22,10 +22,10 @@ class VertexHead {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// True if a point at `off` from the head's centre may be within `far` of the head; false only if it is farther.
-  /// Cheaper than distance(). `off` may be up to 1 cm long.
+  /// Returns false only if a point at `off` from the head's centre is farther than `far` from the head; otherwise the
+  /// point may be nearer. Cheaper than distance(). `off` may be up to 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
-    constexpr float kRounding = 1e-8f;  // m
+    constexpr float kRounding = 1e-8f;  // m, rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
@@ -42,7 +42,7 @@ class VertexHead {
   double distance(const dvec3& p_TQ) const noexcept {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
-  /// Distance in m from an inner point along a unit direction to the surface.
+  /// Distance from an inner point to the surface, m, along a unit direction.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
   /// Target of an inner point by the printed rule: away from the centre of a ball (3.1) or of the lower half ball of a
   /// round-ended head, otherwise away from the axis at its height (3.3), (3.6).

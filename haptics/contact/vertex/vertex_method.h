@@ -1,4 +1,4 @@
-// "vertex": a triangle mesh whose vertices the head pushes away (S4).
+// "vertex": a triangle mesh whose vertices the head pushes away (paper S4 in docs/papers.md).
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@ namespace typodont::haptics::vertex {
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;                       // m, edge length of the surface that a head leaves; 0: a sixth of its radius
-  bool as_printed = false;               // use the printed rules of the paper, see README.md
-  std::optional<ForceFilterLaw> filter;  // force filter, S4 figure 5
+  double edge = 0;          // m, edge length of the surface that a head produces; 0: a sixth of the head's radius
+  bool as_printed = false;  // true: uses the rules as printed in the paper, see README.md
+  std::optional<ForceFilterLaw> filter;  // force filter of paper S4, figure 5
   std::size_t spare = 200'000;           // number of vertices that cutting may add
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }

@@ -16,18 +16,18 @@ using P = FeelParameters;
 
 namespace {
 
-constexpr std::size_t kMostFaces = 1 << 17;  // limit of faces near the head
-constexpr double kNextShell = 4;             // ratio of a search shell's width to the previous shell's width
-constexpr int kMostParts = 64;               // largest number of parts of a face's edge
+constexpr std::size_t kMostFaces = 1 << 17;  // limit of the number of faces near the head
+constexpr double kNextShell = 4;             // ratio of the width of a search shell to the width of the previous shell
+constexpr int kMostParts = 64;               // limit of the number of parts into which a face's edge is divided
 
-/// The normal times twice the area.
+/// The face's normal, multiplied by twice its area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Number of parts of a face's edges, so that no part is longer than an edge that would be split.
+/// Number of parts into which a face's edges are divided, so that no part is longer than an edge that would be split.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // The bounding ball detects small faces quickly.
+  // The bounding ball shows quickly whether a face is small.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -62,8 +62,8 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The new mesh lacks the cuts made since it was taken. After an undo these may remove more or less than the first
-  // time.
+  // The new mesh lacks the cuts that were made since it was copied. After an undo, these cuts may remove more or less
+  // than the first time.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -103,7 +103,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
-      if (mesh.vertex(v).face != f) continue;  // take each vertex once, with the face that it stores
+      if (mesh.vertex(v).face != f) continue;  // takes each vertex once: with the face that the vertex stores
       if (is_far(mesh.vertex(v).p)) continue;
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
       add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
@@ -122,7 +122,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; j <= n - i; ++j) {
         const int k = n - i - j;
-        if (i == n || j == n || k == n) continue;  // a vertex
+        if (i == n || j == n || k == n) continue;  // the point is a vertex
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
         if (is_far(at)) continue;
@@ -140,12 +140,12 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
   return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
 }
 
-/// Largest displacement in m of a point of the head since the points were listed.
+/// Largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
   return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X if the present list does not suffice.
+/// Lists the points near the head at X, unless the present list suffices.
 void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -164,7 +164,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
-    // Test the nearest points first, then those in wider and wider shells.
+    // Tests the nearest points first, then those in wider and wider shells.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
         room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
@@ -173,7 +173,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (room <= within || within >= listed) return room;
     }
   }
-  // No point is near: the faces give a larger clearance than the listed points.
+  // No point is near; the faces then give a larger clearance than the listed points.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -193,10 +193,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The springs of the vertices that a head at X pushes after a motion by the probe's length along the unit vector
-/// `pull` (S4, 4.2). A ball is evaluated at its new position. For another head, depth and direction are linear in the
-/// motion, with the head's distance and normal at X: in a head that is as thin as the motion is long, such as the tip
-/// of a cone, exact ones would push vertices out on the far side.
+/// Computes the springs of the vertices that a head at X pushes after a motion by the probe's length along the unit
+/// vector `pull` (S4, 4.2). A ball is evaluated at its new position. For another head, depth and direction are linear
+/// in the motion, with the head's distance and normal at X: if a head is as thin as the motion is long (the tip of a
+/// cone), exact values would push vertices out on the far side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
@@ -240,8 +240,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// A bur that becomes free far from the hand, or that continues where the mesh could not yield, changes the force only
-/// slightly faster than the hand itself does.
+/// Limits the force's change for a bur that becomes free far from the hand, or that continues where the mesh could
+/// not yield. The force then changes only slightly faster than the hand's motion changes it.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -253,8 +253,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: force and
-/// torque of the springs.
+/// Computes spring and damper (paper S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`,
+/// `torque`: force and torque of the springs.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -284,8 +284,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // Without slack a rim could not re-enter the hole that it has cut. Tissue that a bur overlaps because the mesh could
-  // not yield only prevents deeper overlap.
+  // Without slack, a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because the mesh could
+  // not yield, this tissue only prevents deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
     list_where_needed({p, in.X_WT.R});
@@ -293,7 +293,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
-  constexpr double kNothing = 1e-10;  // m
+  constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
   out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
   out.settled = !out.touching;
   touching_ = out.touching, touching_at_ = out.p_WG;
@@ -301,8 +301,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.depth = depth;
   const dvec3 way = pull / depth;
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
-  // The springs determine the stiffness of the tissue and the direction. A head whose sides are nearly parallel to the
-  // pull (a cone) is pushed in opposite directions, so that their sum is too small.
+  // The springs determine the direction and the stiffness of the tissue. A head whose sides are nearly parallel to
+  // the pull (a cone) is pushed in opposite directions, so the sum of its springs would be too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
@@ -311,7 +311,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// The rest of the last force fades if it came from a bur.
+/// The rest of the last force fades if a bur caused it.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -324,7 +324,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// Printed algorithm: the head is at the hand, and each vertex inside it pulls.
+/// The algorithm as printed: the head is at the hand, and each vertex inside the head pushes back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -390,7 +390,7 @@ void VertexModel::feel(const ContactInput&, Contact& out) noexcept {
   out.known_tissue = true;
 }
 
-/// The tissue on the inner side of the nearest face.
+/// Returns the tissue on the inner side of the nearest face.
 Tissue VertexModel::tissue_at(const dvec3& p_W) const noexcept {
   const double reach = 2 * edge();
   const EditableMesh& mesh = snapshot_.mesh;

@@ -14,21 +14,25 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force; most are fractions of the head's radius.
 struct FeelParameters {
-  // depth at which the springs are evaluated: many vertices lie inside the head there, but none behind its centre
+  // depth at which the springs are evaluated, as a ratio to the head's radius: many vertices then lie inside the
+  // head, but none behind its centre
   static constexpr double probe = 0.2;
-  static constexpr double slack = 0.01;  // ratio to the head's radius, allowed overlap of a head that is not a ball
-  static constexpr double most_aside = 0.25;  // largest transverse force of the springs over the force along the pull
-  static constexpr double ease = 15;          // N/s, change of a bur's force that is allowed while the hand rests
-  // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
+  static constexpr double slack = 0.01;  // allowed overlap of a head that is not a ball, as a ratio to its radius
+  // limit of the springs' transverse force, as a ratio to the force along the pull
+  static constexpr double most_aside = 0.25;
+  static constexpr double ease = 15;  // N/s, limit of the change of a bur's force while the hand rests
+  // lower limit of a displacement that is cut at once, as a ratio to the edge length, so that not every tick cuts
   static constexpr double sweep = 0.04;
-  // Ratio to the edge: shortest displacement that a dragged edge cuts at once; an edge stores little energy.
+  // Lower limit of the displacement that a dragged edge cuts at once, as a ratio to the edge length; an edge stores
+  // little energy.
   static constexpr double scrape = 2e-5;
-  static constexpr double stride = 0.5;  // ratio to the edge: longest displacement that is cut at once
-  // The cutting edge of a hand instrument advances in a tick by less than neighbouring vertices differ in height. So it
-  // meets only a fraction of the area that the springs represent. The fraction is measured as a running mean:
-  // weight of a new measurement, and lower limit of the fraction.
+  // upper limit of a displacement that is cut at once, as a ratio to the edge length
+  static constexpr double stride = 0.5;
+  // The cutting edge of a hand instrument advances in a tick by less than neighbouring vertices differ in height. So
+  // the edge meets only a fraction of the area that the springs represent. This fraction is measured as a running
+  // mean. met_weight: weight of a new measurement; least_met: lower limit of the fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // Ratio to the radius: a head closer to a point than this has no room to move freely.
+  // Distance to the nearest point, as a ratio to the radius; a head closer than this cannot move freely.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
@@ -57,8 +61,8 @@ class VertexModel final : public ContactModel {
   static constexpr std::size_t kMostSamples = 1 << 16;
   /// A contact point near the head: a vertex, or a point that refining a large face would add.
   struct Sample {
-    double area;    // m² that the point represents: a third of the triangles around it
-    mesh::Index v;  // kNone: not a vertex of the mesh
+    double area;    // m², area that the point represents: a third of the triangles around it
+    mesh::Index v;  // index of the vertex; kNone: the point is not a vertex of the mesh
     Tissue tissue;
   };
   /// Sums over the vertices inside a head.
@@ -66,7 +70,7 @@ class VertexModel final : public ContactModel {
     dvec3 force{0}, torque{0};  // N and N·m, each times the vertex's area in m²
     double area = 0;            // m² that the vertices represent
     double across = 0;          // m², projected along the pull
-    double sum = 0;             // N·m², sum of the springs' absolute forces
+    double sum = 0;             // N·m², sum of the magnitudes of the springs' forces
     double weight = 0;          // m³, area × depth
     PerTissue tissue{};         // weighted by area × depth
     int count = 0;
@@ -91,23 +95,23 @@ class VertexModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   VertexSnapshot snapshot_;
-  std::vector<VertexHead> heads_;  // one per tool
+  std::vector<VertexHead> heads_;  // heads, one per tool
   std::vector<double> edges_;      // m, edge length required by each head
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};         // N, the last force after the filter
   bool eases_ = false;        // the bur has cut since it was last free
   dvec3 eased_{0};            // N, the last force before the filter
-  dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
+  dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
   std::vector<Sample> samples_;  // one for each point in points_
-  bool found_ = false;           // true if the list belongs to found_at_ and the mesh has not changed since
+  bool found_ = false;           // the list of points belongs to found_at_, and the mesh has not changed since
   Pose found_at_;
-  bool touching_ = false;  // true if there was contact in the last constrain(), at touching_at_
+  bool touching_ = false;  // the last constrain() found contact, at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
-  double met_ = 1;  // for an edge that the hand drags: removed volume over area times displacement, smoothed
+  double met_ = 1;  // for an edge that the hand drags: removed volume divided by (area × displacement), smoothed
   RecentCuts<MadeCut> made_;
 };
 

@@ -10,7 +10,7 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// The field of the offset model, but a cut clears whole voxels.
+/// Uses the field of the model "offset", but a cut clears whole voxels.
 class VoxelBody final : public offset::FieldBody {
  public:
   using FieldBody::FieldBody;

@@ -9,11 +9,13 @@ namespace typodont::haptics::voxel_penalty {
 inline constexpr std::string_view kName = "voxel_penalty";
 
 struct Parameters {
-  int samples = 64;      // number of points on the head's surface, 8 to 1024
-  int shared_load = 10;  // number of contacts above which their forces are averaged (McNeely 1999, sec. 5.2), 1 to 1024
+  int samples = 64;  // number of points on the head's surface, 8 to 1024
+  // limit of the number of contacts; with more contacts, their forces are averaged (McNeely 1999, sec. 5.2); 1 to
+  // 1024
+  int shared_load = 10;
 };
 
-/// {"samples": 64, "shared_load": 10}. Throws Error.
+/// Reads {"samples": 64, "shared_load": 10}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::voxel_penalty

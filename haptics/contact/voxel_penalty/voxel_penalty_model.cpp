@@ -18,7 +18,7 @@ namespace {
 /// has the scene's stiffness, as a mean over all directions. `reach`: distance of the head's farthest point, in the
 /// samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  constexpr double kPressed = 0.5;  // ratio of the depth to the least distance from the head's centre to a sample
+  constexpr double kPressed = 0.5;  // ratio of the depth to the smallest distance from the head's centre to a sample
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
   const double depth = kPressed * width;
@@ -54,7 +54,8 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  constexpr double kCorner = 0.9;  // distance that a full voxel extends beyond its centre, at least √3/2
+  // voxels, distance from a full voxel's centre within which the voxel may extend, at least √3/2
+  constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
   const double room = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
@@ -80,7 +81,8 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Depth of x inside full voxels along a unit vector, at most `most`. Steps from face to face (Amanatides & Woo 1987).
+/// Depth of x inside full voxels along a unit vector, at most `most`. The search steps from voxel face to voxel face
+/// (Amanatides & Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
   dvec3 next, step;
@@ -133,9 +135,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Each sample pushes along its own normal, in proportion to its depth. With more than `shared_load` samples in contact
-/// their forces are averaged, so the stiffness does not grow with the number of samples (McNeely, Puterbaugh & Troy
-/// 1999, sec. 5.2). The damper acts only against the hand's approach.
+/// Each sample pushes along its own normal, in proportion to its depth. If more than `shared_load` samples are in
+/// contact, their forces are averaged, so the stiffness does not grow with the number of samples (McNeely, Puterbaugh
+/// & Troy 1999, sec. 5.2). The damper acts only against the hand's approach.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -157,8 +159,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// Moves the head out of the tissue along the force until it just touches, then back in as far as the energy pays for.
-/// Clears all voxels whose centres the head then covers.
+/// Moves the head out of the tissue along the force until the head just touches, then back in as far as the energy
+/// pays for. Clears all voxels whose centres the head then covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;

@@ -1,4 +1,4 @@
-// The servo's half of "voxel_penalty": there is no proxy, the force comes from springs (README.md).
+// The servo's half of "voxel_penalty". It has no proxy; the force comes from springs (README.md).
 #pragma once
 
 #include <vector>
@@ -26,12 +26,12 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // p_TQ is in voxels
+    std::vector<HeadSample> samples;  // samples on the head's surface; their positions p_TQ are in voxels
     double reach;
-    double spring_scale = 1;  // factor on the samples' springs, with which the whole head has the scene's stiffness
+    double spring_scale = 1;  // factor on the samples' springs that gives the whole head the scene's stiffness
   };
   struct Touching {
-    dvec3 x, n;       // position of the sample; outward unit normal of the head there
+    dvec3 x, n;       // position of the sample; the head's outward unit normal at the sample
     double depth;     // voxels, depth of the sample inside full voxels
     double area;      // m²
     Tissue tissue;    // tissue of the voxel that contains the sample

@@ -1,9 +1,11 @@
-// The sample driver: a new device is one file like this one. It needs no hardware. Its hand moves in a circle of the
-// given radius in millimetres, once per second, ignores forces, and presses its pedal half of the time.
+// The sample driver: a new device is one file like this one. The sample needs no hardware. Its hand moves in a circle
+// of the given radius in millimetres, once per second, ignores forces, and presses its pedal half of the time.
 //
-//   1. Derive from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write() sends the
+//   1. Derive from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write() sends
+// the
 //      force, release() sends zero from any thread. None of them throws, allocates or locks.
-//   2. Open the device in a function that throws Error with a message that helps the user. Access hardware through Link
+//   2. Open the device in a function that throws Error with a message that helps the user. Access hardware through
+// Link
 //      (link.h), so that tests can connect an emulator.
 //   3. Define NAME_driver in drivers/NAME.cpp. The build finds it; `typodont devices` and --hand then know it.
 //

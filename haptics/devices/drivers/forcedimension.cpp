@@ -61,7 +61,7 @@ struct Api {
 
 constexpr int kMost = 16;  // limit for device indices; a larger number in an address is a serial number
 
-/// Peak force and stiffness recommended by the manufacturers, by words in the system's name.
+/// Peak force and stiffness that the manufacturers recommend. The row is found by words in the system's name.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -94,7 +94,7 @@ FoundDevice found(int number, const DeviceInfo& info) {
   device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
   return device;
 }
-/// The reason why the last device did not open, as far as the library reports it.
+/// The reason why the last device did not open, if the library states one.
 std::string refusal(const Api& api) {
   const char* said = api.last_error ? api.last_error() : nullptr;
   return said && *said ? said : "it does not open";
@@ -121,10 +121,10 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, our cautious choice: stiff arms whose controller runs at 4 kHz
+    info_.vibration_band = 250;     // Hz, our cautious choice for stiff arms whose controller runs at 4 kHz
     info_.position_step = 0.01e-3;  // m, stated by the manufacturer for the omega (unverified)
-    // The controller's own watchdog, in multiples of 125 µs (unverified), releases the motors if this process dies: 16
-    // is 2 ms; 0 would switch it off.
+    // The controller's own watchdog releases the motors if this process dies. Its time is in multiples of 125 µs
+    // (unverified): 16 is 2 ms; 0 would disable it.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -182,7 +182,7 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
-  std::array<double, 8> joints_{};  // DHD_MAX_DOF; base and wrist without the grip
+  std::array<double, 8> joints_{};  // rad; DHD_MAX_DOF elements, of which base and wrist are used, but not the grip
   std::size_t joint_count_ = 0;
   bool wrist_ = false;
   std::uint32_t faults_ = 0;

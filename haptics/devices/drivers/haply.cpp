@@ -18,7 +18,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-constexpr Nanos kWake = 10'000'000;  // ns: the service sends a state only as an answer to a force
+constexpr Nanos kWake = 10'000'000;  // ns without a state after which a force is sent again: the service sends a state
+                                     // only as an answer to a force
 constexpr Nanos kLost = 100'000'000;
 
 std::optional<dvec3> vector_of(const std::optional<JsonText>& json) {
@@ -63,7 +64,7 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;          // time spent waiting for the service; excludes times when this process did not run
+    Nanos waited = 0;  // time spent waiting for the service; does not count time in which this process did not run
     if (!started_) release();  // requests the first state
     started_ = true;
     bool fresh = false, rubbish = false;
@@ -85,10 +86,10 @@ class HaplyDevice : public HapticDevice {
         if (state && state->id == state_.id) {
           state_ = *state;
           fresh = true;
-          continue;  // use the newest message in the queue
+          continue;  // read on, because only the newest message in the queue is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // sends zero force, which requests the next state; only once, even after many invalid messages
+        // sends zero force, which requests the next state; sent only once, even after many invalid messages
         if (!rubbish) release();
         rubbish = !state;
         continue;
@@ -101,7 +102,7 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // Called before the force is sent, so that the watchdog process knows of every force
+    // Must be called before the force is sent, so that the watchdog process is informed of every force
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }
@@ -138,7 +139,8 @@ class HaplyDevice : public HapticDevice {
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  std::optional<WatchdogProcess> watchdog_process_;  // sends zero force if this process cannot
+  // a second process; it sends zero force if this process can no longer do so
+  std::optional<WatchdogProcess> watchdog_process_;
   std::uint32_t faults_ = 0;
   bool started_ = false;
 };
@@ -170,7 +172,7 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   const auto id_text = id ? id->string() : std::nullopt;
   const auto state = arm->get("state");
   const auto position = state ? vector_of(state->get("cursor_position")) : std::nullopt;
-  // Refuse an id with quotes or escapes, because it is inserted into our messages.
+  // An id with quotes or escapes is refused, because it is inserted into our messages.
   HaplyState out;
   if (!id_text || id_text->empty() || id_text->size() >= out.id.size() ||
       id_text->find_first_of("\\\"") != std::string_view::npos || !position) {

@@ -225,13 +225,13 @@ class OpenHapticsDevice : public HapticDevice {
     released_.store(false);
     forces_.publish(f_T_W);
   }
-  // Only the scheduler's thread may access the device; it reads this flag within a millisecond.
+  // Only the scheduler's thread may access the device. That thread reads this flag within a millisecond.
   void release() noexcept override { released_.store(true); }
 
  private:
   struct Sample {
     HandSample hand;
-    std::array<double, 6> joints{};  // rad: turret, thigh, shin; gimbal, in the library's order
+    std::array<double, 6> joints{};  // rad: turret, thigh, shin, then the gimbal's joints, in the library's order
     bool error = false;
   };
 
@@ -246,7 +246,7 @@ class OpenHapticsDevice : public HapticDevice {
 
   void step() noexcept {
     api_.begin_frame(device_);
-    double X[16] = {};  // column-major; millimetres
+    double X[16] = {};  // column-major; positions in millimetres
     int buttons = 0;
     api_.get_doubles(kTransform, X);
     api_.get_integers(kButtons, &buttons);
@@ -276,9 +276,9 @@ class OpenHapticsDevice : public HapticDevice {
   sem_t fresh_{};
   std::uint32_t faults_ = 0;
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
-  Latest<Sample> samples_;  // scheduler → servo
-  Latest<dvec3> forces_;    // servo → scheduler
-  int age_ = 1000;          // callbacks since the servo's last force; used by the scheduler's thread
+  Latest<Sample> samples_;  // channel from the scheduler to the servo
+  Latest<dvec3> forces_;    // channel from the servo to the scheduler
+  int age_ = 1000;          // number of callbacks since the servo's last force; only for the scheduler's thread
 };
 
 /// The devices that the vendor's set-up program has configured; each has a file.

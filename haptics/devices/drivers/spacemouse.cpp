@@ -16,7 +16,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kFullScale = 350;       // counts at full deflection
-constexpr Nanos kSilence = 200'000'000;  // ns: a deflected cap sends reports much more often than this
+constexpr Nanos kSilence = 200'000'000;  // ns without a report after which the cap counts as released; a deflected cap
+                                         // sends reports much more often
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
                                                   0xc626, 0xc627, 0xc628, 0xc629, 0xc62b};
@@ -33,8 +34,8 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Response to the deflection of each axis: zero in the dead zone, then increasing from zero, with a small slope at
-/// first.
+/// Response to the deflection of each axis: zero in the dead zone; beyond it, the response rises from zero with a
+/// small initial slope.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -61,7 +62,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // After a pause of the servo, lost samples are not delivered later.
+    // After a pause of the servo, the missed samples are not made up for.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
@@ -110,7 +111,7 @@ class SpaceMouse : public HapticDevice {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    // Receivers and newer models have further interfaces; the cap is the multi-axis controller.
+    // Receivers and newer models have further HID interfaces; the cap is the multi-axis controller.
     if (!is_spacemouse(node.vendor, node.product)) continue;
     if (node.usage_page != 0 && !(node.usage_page == 1 && node.usage == 8)) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;

@@ -19,11 +19,11 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns without a report after which the host sends zeros to continue the request-answer protocol
+// ns without a report after which the host sends zero currents again, so that the request-answer protocol continues
 constexpr Nanos kWake = 10'000'000;
-constexpr Nanos kRestOfLine = 2'000'000;  // ns that the second half of a line may take
+constexpr Nanos kRestOfLine = 2'000'000;  // ns, limit of the time that the second half of a line may take
 constexpr Nanos kLost = 100'000'000;      // ns without a valid report after which the arm counts as lost
-constexpr double kGravityRamp = 0.5;      // s, time constant of switching on the gravity compensation
+constexpr double kGravityRamp = 0.5;      // s, time constant with which the gravity compensation is switched on
 
 class ArmDevice : public HapticDevice {
  public:
@@ -52,7 +52,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // time spent waiting for the arm; excludes times when this process did not run
+    Nanos waited = 0;  // time spent waiting for the arm; does not count time in which this process did not run
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -70,7 +70,7 @@ class ArmDevice : public HapticDevice {
         // serial ports split the data at any position
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
-          release();  // zero force; this write continues the request-answer protocol
+          release();  // sends zero force; this write continues the request-answer protocol
           faults_ |= bits(Fault::kBadInput);
         }
         continue;
@@ -98,7 +98,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // Called before the currents are sent, so that the watchdog process knows of every force
+    // Must be called before the currents are sent, so that the watchdog process is informed of every force
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -110,9 +110,9 @@ class ArmDevice : public HapticDevice {
   }
 
  private:
-  /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is late,
-  /// and a board may send without request; only the newest gives the hand's position. Returns the result of
-  /// Link::read().
+  /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is
+  /// late, and a board may send reports without request. Only the newest report gives the hand's present position.
+  /// Returns the result of Link::read().
   int read_newest(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
@@ -146,7 +146,7 @@ class ArmDevice : public HapticDevice {
   /// False if the report is implausible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock jumped: accept any position that the arm can have reached
+    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock jumped: any position that the arm can have reached is accepted
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
@@ -160,7 +160,7 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      if (homed_) faults_ |= bits(Fault::kBadInput);  // the pose jumps, so the tick must have no force
+      if (homed_) faults_ |= bits(Fault::kBadInput);  // the pose jumps, so this tick must have no force
       homed_ = true;
       slipped = false;
     }
@@ -194,7 +194,7 @@ bool is_arm(const HidNode& node) {
   return node.vendor == 0x16c0 && node.product == 0x0486 && node.usage_page == 0xffab && node.usage == 0x0200;
 }
 
-/// Serial Teensys by their persistent names.
+/// Lists the serial Teensys by their persistent names.
 std::vector<std::filesystem::path> serial_boards() {
   std::vector<std::filesystem::path> found;
   std::error_code none;
@@ -221,7 +221,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
   return device;
 }
 
-/// Extracts "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
+/// Extracts the serial number, for example "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
 std::string serial_of(const std::filesystem::path& port) {
   std::string name = port.filename().string();
   name = name.substr(0, name.find("-if"));
@@ -273,7 +273,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // The board sends only after it received a command; the first lines may belong to an older session.
+    // The board sends only after it has received a command. The first lines may belong to an older session.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {
@@ -291,7 +291,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   for (int round = 0; link.now() < give_up; ++round) {
     const int n = link.read(buffer, kWake);
     if (n < 0) throw Error(where, "", "a device that was unplugged", "a WoodenHaptics or Polhem board");
-    if (n == 0) {  // idle, or waiting for a command of another length
+    if (n == 0) {  // the board is idle, or waits for a command of another length
       static constexpr ArmProtocol kKinds[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
       link.write(encode(kKinds[round % 3], dvec3(0)).span());
       continue;
@@ -299,7 +299,8 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      if (last == static_cast<std::size_t>(n)) return {*protocol, 0};  // the same length twice cannot be chance
+      // two reports of the same length cannot be a coincidence
+      if (last == static_cast<std::size_t>(n)) return {*protocol, 0};
     }
     last = static_cast<std::size_t>(n);
   }

@@ -1,6 +1,6 @@
 // DICOM: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads the files in a separate process
-// (dicom_reader.cpp); this file groups, sorts and checks its slices. No data about a person is read, and no message
-// contains the name of a file, because such names often contain a person's name.
+// (dicom_reader.cpp); the functions here group, sort and check the slices. No data about a person is read, and no
+// message contains the name of a file, because such names often contain a person's name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -54,8 +54,8 @@ std::string first_bytes(const fs::path& file) {
   return start;
 }
 
-/// The files of a folder that begin like DICOM files. Symbolic links are not followed, so that a cycle of links does no
-/// harm.
+/// The files in a folder whose content begins like a DICOM file. Symbolic links are not followed, so that a cycle of
+/// links does no harm.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::size_t seen = 0;
@@ -81,7 +81,7 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
     std::string lower = part.string();
     std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code code;
-    // Discs are often mounted with lower-case names.
+    // Discs are often mounted with lower-case names, so both spellings are tried.
     at = fs::exists(at / part, code) ? at / part : at / lower;
     if (fs::is_symlink(at, code)) return std::nullopt;
   }
@@ -119,8 +119,8 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-/// Splits slices of several acquisitions of the same region into several scans, and removes copies of slices. `copies`:
-/// number of removed copies is added.
+/// Splits slices of several acquisitions of the same region into several scans, and removes copies of slices. The
+/// number of removed copies is added to `copies`.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   std::vector<Slice>& all = stack.slices;
@@ -208,7 +208,7 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// Positions in the stack at which slices are wanted, in slices, and the vector between two of them.
+/// The positions in the stack at which slices are wanted, in slices; and the vector between two adjacent ones.
 struct SliceLevels {
   std::vector<double> at;
   dvec3 step{0}, origin{0};  // mm
@@ -297,7 +297,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
   } else {
-    // All frames of a file have one position or none: order and spacing as given in the file.
+    // Either all frames of a file have a position, or none has: then order and spacing are those given in the file.
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -361,7 +361,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   });
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // Uneven slices: interpolate between the two slices next to the wanted position.
+  // If the slices are uneven, interpolate between the two slices next to the wanted position.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

@@ -28,7 +28,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   int fd() const { return fd_; }
 
-  /// Returns false at the end of the file.
+  /// Reads `bytes` bytes; returns false at the end of the file.
   bool read(void* to, std::size_t bytes) {
     char* p = static_cast<char*>(to);
     while (bytes > 0) {

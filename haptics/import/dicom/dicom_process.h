@@ -17,8 +17,8 @@ struct DicomHeader {
   std::vector<std::string> references;  // file names in a DICOMDIR
 };
 
-/// Reads the headers of the files. If the reader process dies on a file, this file is unreadable, and the others are
-/// still read.
+/// Reads the headers of the files. If the reader process dies on a file, this file counts as unreadable, and the
+/// other files are still read.
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files);
 
 /// Decodes the pixels of each file, one after another, and passes them to `take`. `largest`, `total`: bytes of the

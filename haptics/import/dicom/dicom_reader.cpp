@@ -95,7 +95,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Reads the data of a frame from one data set: the file's own, or an item of its functional groups.
+/// Reads the data of a frame from one data set: the file's own data set, or an item of its functional groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
@@ -107,7 +107,7 @@ void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   f.intercept = number_of(set, gdcm::Tag(0x0028, 0x1052), f.intercept);
 }
 void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
-  // Plane position, plane orientation, pixel measures, pixel value transformation.
+  // Sequences: plane position, plane orientation, pixel measures, pixel value transformation.
   for (const gdcm::Tag& tag :
        {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x9145)}) {
     if (!set.FindDataElement(tag)) continue;
@@ -208,8 +208,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Searches for the element's tag and length in this syntax, and compares the length with the number of following
-  // bytes.
+  // Searches for the element's tag and length in this transfer syntax, and compares the length with the number of
+  // following bytes.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();

@@ -21,7 +21,7 @@ uint32 FTypodontLoop::Run() {
 
 namespace {
 
-constexpr double Period = 1e-3;     // s, of the servo
+constexpr double Period = 1e-3;     // s, period of the servo
 constexpr double Smoothing = 0.02;  // s, time constant
 
 /**

@@ -47,7 +47,8 @@ class FTypodontBench {
 
   typodont_core* Core = nullptr;
   typodont_servo* Servo = nullptr;
-  FCriticalSection CoreLock;  // of the core between the game thread and the tissue's thread; the servo never takes it
+  // protects the core, which the game thread and the tissue's thread use; the servo never locks it
+  FCriticalSection CoreLock;
   TTripleBuffer<typodont_sample> Samples;
   TTripleBuffer<typodont_tick> Ticks;
   double Start = 0;    // s, time of the servo's first tick

@@ -45,7 +45,7 @@ ATypodontTooth::ATypodontTooth() {
 
 void ATypodontTooth::BeginPlay() {
   Super::BeginPlay();
-  const typodont_pose Above = {{0, 0, 0.05}, {1, 0, 0, 0}};  // m
+  const typodont_pose Above = {{0, 0, 0.05}, {1, 0, 0, 0}};  // m, pose above the tooth
   Bench = MakeShared<FTypodontBench>();
   Error = Bench->Open(Scene, Hand ? ToW(SeenFrom(*this, *Hand)) : Above);
   if (Error.IsEmpty()) return;
@@ -66,7 +66,7 @@ void ATypodontTooth::Tick(float DeltaSeconds) {
   Force = ToUnreal(Newest.force);
   Removed = 0;
   for (double Volume : Newest.removed) Removed += Volume * 1e9;
-  if (ShownTool && Newest.struct_size != 0) {  // 0: there was no tick yet
+  if (ShownTool && Newest.struct_size != 0) {  // struct_size is 0 until the first tick
     const FTransform X = GetActorTransform(), Proxy = ToUnreal(Newest.X_WG);
     ShownTool->SetActorLocationAndRotation(X.TransformPosition(Proxy.GetLocation()),
                                            X.TransformRotation(Proxy.GetRotation()));
@@ -108,8 +108,8 @@ void ATypodontTooth::ShowChangedBricks() {
       Normals.Add(ToUnreal(V.normal));
       Tissues.Add(FColor(V.tissue[0], V.tissue[1], V.second));
     }
-    // Seen from outside, the triangles are counter-clockwise in both, because the reflection changes only the axes and
-    // not the shape.
+    // Seen from outside, the triangles are counter-clockwise in both systems, because the reflection changes only the
+    // axes and not the shape.
     for (uint32 i = 0; i < Part.index_count; ++i) Triangles.Add(static_cast<int32>(Part.indices[i]));
     Brick->CreateMeshSection(0, Positions, Triangles, Normals, TArray<FVector2D>(), Tissues, TArray<FProcMeshTangent>(),
                              false);

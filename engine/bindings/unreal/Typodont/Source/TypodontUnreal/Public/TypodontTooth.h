@@ -1,6 +1,6 @@
 // Hard tissue that can be felt and drilled, for Unreal Engine 5: place this actor in a level. It uses only the C
 // interface (typodont.h). The servo runs at 1 kHz on its own thread, the tissue on a second thread. Each brick of the
-// tissue's surface is a procedural mesh, of which a frame replaces only the changed ones.
+// tissue's surface is a procedural mesh; a frame replaces only the meshes of changed bricks.
 //
 // Lengths in the actor's frame are centimetres, as everywhere in Unreal, so a tooth has a size of one unit; scale the
 // actor to enlarge it. W is right-handed and Unreal is left-handed: the actor's y axis is -y of W.
