@@ -100,15 +100,16 @@ float fifth_power(float x) {
   return x2 * x2 * x;
 }
 
-// The reflected room: dim ceiling and floor, the lamp's softbox, and a window at the side.
+// The reflected room: dim ceiling and floor, and a window at the side. The lamp's reflection is computed in glossy().
 vec3 room(vec3 r, float rough) {
-  float up = dot(r, frame.up.xyz);
-  vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.34, 0.37, 0.42), smoothstep(-0.9, 0.9, up));
-  float edge = 0.03 + 0.5 * rough;
-  float lamp = smoothstep(0.955 - edge, 0.955 + 0.5 * edge, dot(r, frame.key.xyz));
-  float window = smoothstep(0.45, 1.05, dot(r, frame.window.xyz));
-  float gloss = 1.0 - rough;
-  return color + lamp * vec3(1.0, 0.97, 0.92) * (0.6 + 2.4 * gloss * gloss) + window * vec3(0.75, 0.85, 1.0) * 0.5;
+  vec3 color = mix(kRoomFloor, kRoomCeiling, smoothstep(-0.9, 0.9, dot(r, frame.up.xyz)));
+  return frame.up.w * (color + smoothstep(0.45 - 0.5 * rough, 1.05, dot(r, frame.window.xyz)) * kRoomWindow);
+}
+
+// Mean of room() over the directions above a surface, weighted by the cosine. The weights were fitted to the integral.
+vec3 ambient_light(vec3 n) {
+  float window = max(dot(n, frame.window.xyz) + 0.35, 0.0);
+  return frame.up.w * (mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz)) + 0.22 * window * window * kRoomWindow);
 }
 
 struct Look {
@@ -137,33 +138,36 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   // multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
-  float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
-  vec3 ambient = mix(vec3(0.60, 0.50, 0.45), vec3(0.88, 0.93, 1.00), sky) * frame.up.w * opened;
-  // A weak fill light from beside the viewer keeps the dark side visible.
-  vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, v) + 0.3 * dot(n, frame.up.xyz), 0.0) * opened;
-  return front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill;
+  return front * arrives * frame.key.w * 0.3183 * kLampColor + ambient_light(n) * opened;
 }
+
+// Roughness of a mirror image of the lamp: the surface's own, widened by the lamp's size (Karis 2013). `alpha`: the
+// surface's roughness squared.
+float lamp_alpha(float alpha) { return alpha + 0.5 * kLampHalfAngle; }
+
+/// Reflectance at normal incidence: dry tissue has an index of about 1.55; under a film of saliva (1.33) less light is
+/// reflected.
+vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
 
 /// Light that the wet film over the tissue reflects, or metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
-  float alpha = max(rough * rough, 0.02), a2 = alpha * alpha;
-  vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
-  float gloss = mix(mix(0.35, 1.0, look.wet), 1.0, look.metal);
+  float alpha = max(rough * rough, 0.02), wide = lamp_alpha(alpha), w2 = wide * wide;
+  vec3 f0 = reflectance(look);
   vec3 h = normalize(l + v);
   float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
-  float d = nh * nh * (a2 - 1.0) + 1.0;
+  float d = nh * nh * (w2 - 1.0) + 1.0;
   float nlc = max(nl, 0.0);
   float k = 0.5 * alpha;
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
-  vec3 color = f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss;
+  vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
   vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
   float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);
-  return color + fr * room(r, rough) * gloss * seen;
+  return color + fr * room(r, rough) * seen;
 }
 
 /// Light for computation per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
@@ -177,16 +181,17 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
   float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
   float alpha = max(rough * rough, 0.02);
-  vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
-  float gloss = mix(mix(0.35, 1.0, look.wet), 1.0, look.metal), k = 0.5 * alpha;
+  vec3 f0 = reflectance(look);
+  float k = 0.5 * alpha;
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - max(dot(frame.key.xyz, half_way), 0.0));
   vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   float seen = clamp(light.y * light.y + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * light.x, 1.0, look.metal);
   CornerGloss out_gloss;
-  out_gloss.broad = fr * room(reflect(-v, n), rough) * gloss * seen;
-  out_gloss.lamp = f * (0.25 * alpha * alpha / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
-                   frame.key.w * gloss;
-  out_gloss.width = alpha * alpha;
+  out_gloss.broad = fr * room(reflect(-v, n), rough) * seen;
+  float wide = lamp_alpha(alpha);
+  out_gloss.lamp = f * (0.25 * wide * wide / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
+                   frame.key.w;
+  out_gloss.width = wide * wide;
   return out_gloss;
 }
 float spot(float nh, float width) {

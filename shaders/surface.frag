@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "lighting.glsl"
+#include "tooth.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
@@ -20,28 +21,9 @@ layout(location = 0) out vec4 out_color;
 
 layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
 
-const uint kEnamel = 1u, kCaries = 3u, kGingiva = 7u;
+const uint kGingiva = 7u;
 
 bool holds(int what) { return (kHolds & what) != 0; }
-
-float hash(vec3 p) {
-  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
-  p += dot(p, p.yxz + 33.33);
-  return fract((p.x + p.y) * p.z);
-}
-float noise(vec3 p) {
-  vec3 i = floor(p), f = fract(p);
-  f = f * f * (3.0 - 2.0 * f);
-  return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
-             mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
-}
-/// Normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
-vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
-  vec3 q = p / size;
-  float here = noise(q);
-  vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
-  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
-}
 
 /// Adds the cursor's ring to the colour. The ring is light inside and dark outside, so that it is visible on every
 /// tissue. There is no ring where the cursor's line leaves a body.
@@ -92,14 +74,11 @@ void main() {
   vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
-    // Caries is uneven: light brown at its edge, darkest where it is softest, and with a fine grain.
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
     // Fractions are blurred over two voxels. Therefore they are only about 0.8 in a triangle's corner that is
     // surrounded by caries.
     float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);
-    float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
-    float core = smoothstep(0.45, 1.0, inward - 0.5 * in_first.w + 0.3 * (grain - 0.5));
-    color *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
+    color = mix(color, caries(color, in_mesh_position, inward, in_first.w), decay);
   }
   if (kView == 3 && a != kGingiva) {
     // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
@@ -123,12 +102,13 @@ void main() {
   }
   vec3 gloss_normal = n;
   if (kView != 3) {
+    float pixel = length(fwidth(in_position));  // m
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
-      // Grooves contain stain. Enamel is never uniform in colour, and never quite smooth.
-      float groove = smoothstep(0.80, 0.30, light.y);
-      color *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
-      color *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
-      gloss_normal = bumped(n, in_mesh_position, 0.55e-3, 0.055);
+      color = enamel(color, in_mesh_position, n, light.y, pixel, gloss_normal);
+    } else if (holds(kHoldsPairs) && main_tissue == kDentin) {
+      color = dentin(color, in_mesh_position, n, pixel, gloss_normal, look.x);
+    } else if (holds(kHoldsDecay) && main_tissue == kPulp) {
+      color = pulp(color, in_mesh_position, n, gloss_normal);
     } else if (holds(kHoldsGum) && main_tissue == kGingiva) {
       // Gum has a texture like orange peel, and is redder in some places.
       color *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));

@@ -48,15 +48,15 @@ inline std::array<Look, kTissueCount> appearances_of(const MaterialTable& materi
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.90, 0.87, 0.80});
-  set(Tissue::kDentin, {0.87, 0.77, 0.59});
+  set(Tissue::kEnamel, {0.74, 0.70, 0.64});
+  set(Tissue::kDentin, {0.72, 0.64, 0.50});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
-  set(Tissue::kPulp, {0.74, 0.16, 0.17});
-  set(Tissue::kCorticalBone, {0.91, 0.86, 0.74});
-  set(Tissue::kCancellousBone, {0.85, 0.63, 0.50});
-  set(Tissue::kGingiva, {0.87, 0.57, 0.55});
+  set(Tissue::kPulp, {0.61, 0.25, 0.22});
+  set(Tissue::kCorticalBone, {0.80, 0.75, 0.65});
+  set(Tissue::kCancellousBone, {0.74, 0.57, 0.46});
+  set(Tissue::kGingiva, {0.64, 0.39, 0.37});
   set(Tissue::kAmalgam, {0.66, 0.67, 0.69});
-  set(Tissue::kComposite, {0.92, 0.88, 0.79});
+  set(Tissue::kComposite, {0.76, 0.71, 0.62});
   return m;
 }
 

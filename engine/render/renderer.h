@@ -32,6 +32,7 @@ struct Vertex {
   float second = 0;             // 0..1: fraction of tissue[1]
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
+  float depth = 0;              // m, depth of the lower tissue below the surface
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
 
@@ -96,9 +97,12 @@ struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
   dvec3 window{0, 0, 0};         // unit, towards the window that glossy surfaces reflect; zero: beside the lamp
-  double key_strength = 2.5;
-  double ambient = 0.50;
+  double key_strength = 4.0;
+  double ambient = 1.0;  // strength of the room's light
 };
+
+/// Unit vector towards the window.
+dvec3 toward_window(const Lights& lights);
 
 /// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
 /// shows the room in these pixels.

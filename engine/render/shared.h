@@ -5,8 +5,16 @@
 #include <glm/glm.hpp>
 namespace typodont::render::shared {
 using glm::mat4;
+using glm::vec3;
 using glm::vec4;
 #endif
+
+// Light of the lamp and the room. `typodont render` writes these values to frame.json for the reference pictures.
+const float kLampHalfAngle = 0.12f;                // rad, half the angle under which tissue sees the lamp
+const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // linear
+const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
+const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // from above
+const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
 
 // uniform data of a frame: set 0, binding 0
 struct FrameData {

@@ -141,6 +141,10 @@ constexpr BenchPart kParts[] = {
      "A stereo frame of the molar while it is drilled, for each step of the quality ladder; the error is relative to "
      "the best step at twice the size.",
      bench_render},
+    {"looks", "Look",
+     "The picture of each step of the quality ladder, compared with a path tracer's picture of the same scene "
+     "(tests/reference): mean FLIP, 0 to 1, and mean CIEDE2000.",
+     bench_looks},
     {"sound", "Sound", "Autoregressive models of a recorded drill, and the filters that synthesize sound from them.",
      sound},
     {"calibration", "Calibration",

@@ -35,6 +35,7 @@ std::span<const BenchPart> bench_parts();
 
 // The parts that are implemented in this folder.
 std::vector<BenchRow> bench_mesh_picture(const BenchRun& run);
+std::vector<BenchRow> bench_looks(const BenchRun& run);
 std::vector<BenchRow> bench_render(const BenchRun& run);
 std::vector<BenchRow> bench_import(const BenchRun& run);
 std::vector<BenchRow> bench_recording(const BenchRun& run);

@@ -14,6 +14,7 @@
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/shown_geometry.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
@@ -24,6 +25,8 @@
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/render/look.h"
+#include "engine/render/shared.h"
 #include "haptics/carver.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/sphere_view.h"
@@ -39,7 +42,7 @@ struct Options {
   std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
   std::string view = "look", plane, ideal, volume;
   double at = 0, magnify = 0;
-  bool json = false, hud = false, validate = false;
+  bool json = false, hud = false, validate = false, geometry = false, finished = false;
 };
 
 /// Parses "NX,NY,NZ,OFFSET_MM". The tissue with normal · p > offset is kept.
@@ -146,7 +149,35 @@ ordered_json stats_json(const render::FrameStats& s) {
           {"frames", s.frames}};
 }
 
+/// The light and the colours of the tissues, for another renderer that draws the same scene.
+ordered_json light_json(const render::Lights& lights) {
+  const auto numbers = [](const dvec3& v) { return ordered_json{v.x, v.y, v.z}; };
+  namespace shared = render::shared;
+  return {{"toward_lamp", numbers(glm::normalize(lights.key))},
+          {"lamp_strength", lights.key_strength},
+          {"lamp_color", numbers(shared::kLampColor)},
+          {"lamp_half_angle", shared::kLampHalfAngle},
+          {"up", numbers(glm::normalize(lights.up))},
+          {"window", numbers(render::toward_window(lights))},
+          {"room",
+           {{"floor", numbers(lights.ambient * dvec3(shared::kRoomFloor))},
+            {"ceiling", numbers(lights.ambient * dvec3(shared::kRoomCeiling))},
+            {"window", numbers(lights.ambient * dvec3(shared::kRoomWindow))}}}};
+}
+
+ordered_json colors_json(const MaterialTable& materials) {
+  ordered_json colors = ordered_json::object();
+  const auto looks = render::appearances_of(materials);
+  for (int t = 1; t < kTissueCount; ++t) {
+    const dvec3& c = looks[static_cast<std::size_t>(t)].color;
+    colors[std::string(name_of(static_cast<Tissue>(t)))] = {c.x, c.y, c.z};
+  }
+  return colors;
+}
+
 void run(const Options& options) {
+  if (options.geometry && options.view != "look")
+    throw Error("", "--geometry", "--view " + options.view, "--view look, whose triangles it writes");
   if (!options.plane.empty() && options.view != "section")
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
@@ -154,6 +185,8 @@ void run(const Options& options) {
   std::optional<session::SessionReader> session;  // the recording of which one moment is drawn; empty: a scene is drawn
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
+  if (options.finished && (session || !options.volume.empty()))
+    throw Error("", "--finished", session ? "a recorded session" : "--volume", "a scene with its own tissue");
   if (options.at != 0 && options.pose.empty() && !session)
     throw Error("", "--at", fmt::format("{}", options.at),
                 "--pose HAND.csv, or a recorded session: it is a time in one of them");
@@ -179,6 +212,11 @@ void run(const Options& options) {
     ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
+  }
+  if (options.finished) {
+    std::optional<haptics::TissueVolume> done = ideal_tissue(scene, volume);
+    if (!done) throw Error(options.scene, "\"task\"", "no ideal", "an ideal, which --finished draws");
+    volume = std::move(*done);
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
@@ -206,13 +244,16 @@ void run(const Options& options) {
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  stage.surround(make_surroundings(scene.surroundings));
+  const Surroundings around = make_surroundings(scene.surroundings);
+  stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
+  ShownGeometry geometry;
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
     std::vector<render::MeshUpdate> surface = carver ? view.update(*carver) : view.update(shown);
     if (ideal) mark_difference(*ideal, shown.frame().origin, surface);
     stage.show(surface, shown.frame().origin);
+    if (options.geometry) geometry.add(render::kWorkingTooth, surface, shown.frame().origin);
     add_view(stage, options, scene, shown);
   }
   const render::FrameStats drawn = stage.draw(tick, spheres, 0);
@@ -252,6 +293,9 @@ void run(const Options& options) {
   frame["device"] = stage.device_name();
   if (options.validate) frame["validation_messages"] = stage.validation_messages();
 
+  frame["light"] = light_json(stage.lights());
+  frame["colors"] = colors_json(scene.servo.materials);
+
   const fs::path out = options.out;
   std::error_code code;
   fs::create_directories(out, code);
@@ -269,6 +313,12 @@ void run(const Options& options) {
   if (options.eye == "both") {
     render::write_png(out / "screen.png", stage.screen());
     written.push_back((out / "screen.png").string());
+  }
+  if (options.geometry) {
+    for (const SurroundingMesh& mesh : around.meshes) geometry.add(mesh.id, mesh.bricks, mesh.origin);
+    if (stage_options.tool) geometry.add(stage.drawn_tool(), tick.X_WG, tick.spindle > 0 ? 1.0f : 0.0f);
+    geometry.write(out / "geometry.ply");
+    written.push_back((out / "geometry.ply").string());
   }
   // Measures the time of a frame within a sequence, so another frame is drawn after the set-up. A small head motion
   // forces a full redraw.
@@ -326,11 +376,14 @@ void add_render_command(cli::Command& app) {
   command->add_option("--ideal", options->ideal,
                       "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
+  command->add_flag("--finished", options->finished, "draw the tooth as the scene's task wants it in the end");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
   command->add_option("--quality", options->quality, "step of the quality ladder")
       ->check(cli::one_of(steps))
       ->show_default();
+  command->add_flag("--geometry", options->geometry,
+                    "also write geometry.ply: the triangles of the picture, for another renderer");
   command->add_flag("--hud", options->hud, "also draw text");
   command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
   command->add_flag("--json", options->json, "print frame.json on standard output too");

@@ -157,6 +157,10 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
   renderer_->set_tool(tool_mesh(tool(), placed));
 }
 
+render::ToolMesh PictureStage::drawn_tool() const {
+  return tool_mesh(tool(), shown_placed_);
+}
+
 PictureStage::~PictureStage() {
   vkDeviceWaitIdle(device_.device);  // this call is also valid for a lost device
   output_.reset();

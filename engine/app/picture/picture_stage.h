@@ -105,6 +105,10 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
+  /// The triangles of the drawn tool, and the lamp.
+  render::ToolMesh drawn_tool() const;
+  render::Lights lights() const { return look().lights; }
+
   /// The last frame's picture of one eye (0 left, 1 right), without text.
   render::Picture eye(int index);
   /// Draws the last frame's text over an eye's picture of any size.

@@ -146,6 +146,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       if (found == Tissue::kAir) break;
       const float left = 1 - far / reach;
       v.under = found;
+      v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
       // Caries within one or two voxels below the vertex is the edge of a lesion at the surface, which is drawn in any
       // case, and not a lesion below the surface.

@@ -18,6 +18,11 @@ dvec3 linear_light(const dvec3& srgb) {
 
 }  // namespace
 
+dvec3 toward_window(const Lights& lights) {
+  const dvec3 key = glm::normalize(lights.key), up = glm::normalize(lights.up);
+  return glm::normalize(lights.window != dvec3(0) ? lights.window : glm::cross(up, key) + 0.55 * up);
+}
+
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kTissueCount>& looks,
                                 const ToolBody& tool, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds) {
@@ -34,9 +39,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   data.clip = data.section = glm::vec4(0, 0, 0, 1);
   if (frame.view == View::kSection) data.section = glm::vec4(frame.section);
   data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
-  const bool given = frame.lights.window != dvec3(0);
-  const dvec3 window = glm::normalize(given ? frame.lights.window : glm::cross(up, key) + 0.55 * up);
-  data.window = glm::vec4(glm::dvec4(window, 0));
+  data.window = glm::vec4(glm::dvec4(toward_window(frame.lights), 0));
   data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
   for (std::size_t t = 0; t < looks.size(); ++t) {
     const Look& look = looks[t];

@@ -1,0 +1,22 @@
+// How different two pictures look. Any thread.
+#pragma once
+
+#include "engine/base/pose.h"
+#include "engine/render/picture.h"
+
+namespace typodont::render {
+
+/// Colour difference CIEDE2000 (Sharma et al. 2005) of two CIELAB colours (L*, a*, b*).
+double ciede2000(const dvec3& lab_1, const dvec3& lab_2);
+
+/// CIELAB of an sRGB colour 0..1, for the white (1, 1, 1).
+dvec3 lab_of_srgb(const dvec3& srgb);
+
+/// Mean CIEDE2000 of the pixels of two pictures of the same size. Symmetric.
+double mean_ciede2000(const Picture& a, const Picture& b);
+
+/// Mean LDR-FLIP (Andersson et al. 2020), 0 (equal) to 1. `pixels_per_degree`: of the viewer's field of view; 67 is
+/// the paper's screen, 0.7 m wide with 3840 pixels, seen from 0.7 m. The pictures have the same size. Symmetric.
+double mean_flip(const Picture& a, const Picture& b, double pixels_per_degree = 67);
+
+}  // namespace typodont::render

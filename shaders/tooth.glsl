@@ -1,0 +1,83 @@
+// Fine structure of tooth tissues, drawn where lighting is computed per pixel. Positions are in the tooth's own frame,
+// whose z is the tooth's axis, so that the structure stays with the tooth.
+
+const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
+
+// Widths of structures, m.
+const float kPerikymata = 0.10e-3;  // distance of the growth lines on the side of a crown; real ones: 0.03 to 0.15 mm
+const float kCrackSpacing = 2.6e-3;  // microcracks run from the neck to the cusps
+const float kFlute = 0.09e-3;  // marks that the blades of a bur leave on a cut wall
+
+/// The tooth's axis in W: the body's own z.
+vec3 object_axis() { return vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z); }
+
+float hash(vec3 p) {
+  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
+  p += dot(p, p.yxz + 33.33);
+  return fract((p.x + p.y) * p.z);
+}
+float noise(vec3 p) {
+  vec3 i = floor(p), f = fract(p);
+  f = f * f * (3.0 - 2.0 * f);
+  return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
+             mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
+}
+/// Normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
+vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
+  vec3 q = p / size;
+  float here = noise(q);
+  vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
+  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
+}
+/// Fraction of a structure of this period (m) that pixels of this size (m) can show: 1 from four pixels per period on,
+/// 0 below two. So fine structure disappears instead of flickering.
+float resolved(float period, float pixel) { return smoothstep(2.0, 4.0, period / max(pixel, 1e-9)); }
+
+/// Sound enamel: growth lines and ripples of the wet film in the normal `n_gloss`, stain in fissures, and microcracks in
+/// the colour. `open`: fraction of the room's light that arrives; `pixel`: size of a pixel on the surface, m.
+vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gloss) {
+  vec3 axis = object_axis();
+  float along = dot(n, axis), side = 1.0 - along * along;
+  n_gloss = bumped(n, p, 0.55e-3, 0.045);
+  float line = p.z / kPerikymata + 0.6 * noise(p * 1800.0);
+  float wave = cos(6.2831853 * line) * 0.035 * side * resolved(kPerikymata, pixel);
+  n_gloss = normalize(n_gloss + wave * (axis - n * along));
+  float groove = smoothstep(0.72, 0.25, open);
+  color *= mix(vec3(1.0), vec3(0.78, 0.62, 0.42), groove);
+  color *= 0.97 + 0.06 * noise(p * 900.0);
+  // A crack is where a smooth function of the place crosses zero. It scatters light and looks slightly brighter.
+  float field = noise(vec3(p.xy / kCrackSpacing, 0.25 * p.z / kCrackSpacing) + 7.0) - 0.5;
+  float width = max(fwidth(field), 1e-5);
+  float crack = (1.0 - smoothstep(0.5 * width, 1.5 * width, abs(field))) * smoothstep(0.45, 0.7, noise(p * 500.0 + 3.0));
+  return color * (1.0 + 0.07 * crack * side);
+}
+
+/// Cut dentin: the smear layer is dull and uneven, and the blades of the bur leave fine ridges along their way.
+vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, inout vec3 n_gloss, inout float rough) {
+  vec3 axis = object_axis();
+  float along = dot(n, axis), side = 1.0 - along * along;
+  // On a wall the ridges are level, on a floor they run along the way of the bur, which bends slowly.
+  float wall = p.z / kFlute, bend = 1.5 * noise(p * 700.0), floor_line = (0.8 * p.x + 0.6 * p.y) / kFlute;
+  float ridge = cos(6.2831853 * (mix(floor_line, wall, smoothstep(0.3, 0.7, side)) + bend));
+  float shown = resolved(kFlute, pixel) * (0.4 + 0.6 * noise(p * 1500.0));
+  vec3 across = mix(vec3(0.8, 0.6, 0.0), axis, smoothstep(0.3, 0.7, side));
+  n_gloss = normalize(n + 0.10 * shown * ridge * (across - n * dot(n, across)));
+  float smear = noise(p * 1300.0);
+  rough = mix(0.42, 0.70, smear);
+  return color * (0.94 + 0.09 * smear) * (1.0 + 0.03 * shown * ridge);
+}
+
+/// Caries: light brown and leathery at its edge, dark, rough and crumbly where it is softest. `inward`: fraction of
+/// caries around the point; `shows`: fraction of the lower tissue that is visible.
+vec3 caries(vec3 color, vec3 p, float inward, float shows) {
+  float grain = 0.65 * noise(p * 2600.0) + 0.35 * noise(p * 9000.0);
+  float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.3 * (grain - 0.5));
+  return color * mix(1.7, 0.55, core) * mix(0.8, 1.2, grain);
+}
+
+/// Living pulp: red with darker vessels, under a film of blood.
+vec3 pulp(vec3 color, vec3 p, vec3 n, inout vec3 n_gloss) {
+  float vessels = 1.0 - smoothstep(0.0, 0.10, abs(noise(p * 2200.0) - 0.5));
+  n_gloss = bumped(n, p, 0.35e-3, 0.12);
+  return color * mix(vec3(1.0), vec3(0.55, 0.30, 0.32), 0.6 * vessels) * (0.9 + 0.2 * noise(p * 700.0));
+}

@@ -1,0 +1,396 @@
+"""Draws a scene that `typodont render --geometry` exported with Blender's path tracer (Cycles).
+
+blender -b --python-exit-code 1 -P draw.py -- FOLDER OUT.png [SAMPLES]
+
+FOLDER contains frame.json and geometry.ply. The picture has the camera of the left eye, the lamp and the room of the
+export, and the program's tone mapping, so that it differs from the program's picture only by the light in the scene.
+"""
+
+import json
+import os
+import sys
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOOL = 255
+
+
+def load_geometry(file):
+    """Vertices as a structured array, triangles as an (n, 3) array, and the tissues' names."""
+    with open(file, "rb") as f:
+        names, counts, fields, element = {}, {}, [], None
+        kinds = {"float": "<f4", "uchar": "u1"}
+        while (line := f.readline().decode().split()) != ["end_header"]:
+            if line[:2] == ["comment", "tissue"]:
+                names[int(line[2])] = line[3]
+            elif line[0] == "element":
+                element = line[1]
+                counts[element] = int(line[2])
+            elif line[0] == "property" and element == "vertex":
+                fields.append((line[2], kinds[line[1]]))
+        vertices = np.frombuffer(f.read(counts["vertex"] * np.dtype(fields).itemsize), np.dtype(fields))
+        face = np.dtype([("n", "u1"), ("i", "<u4", 3)])
+        triangles = np.frombuffer(f.read(counts["face"] * face.itemsize), face)["i"]
+    return vertices, triangles, names
+
+
+def linear(srgb):
+    c = np.asarray(srgb, float)
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+class Tissues:
+    """Reflectance, mean free path and gloss of each vertex, from the values in tissues.json."""
+
+    def __init__(self, values, colors, names):
+        self.values, self.colors, self.names = values, colors, names
+
+    def infinite(self, name):
+        """Diffuse reflectance of a thick layer: Kubelka-Munk with K = 2 absorption, S = 3/4 scattering - 1/4
+        absorption, or the reflectance itself where it was measured."""
+        t = self.values[name]
+        if "reflectance" in t:
+            return linear(self.colors[name]) if t["reflectance"] == "scene" else np.array(t["reflectance"])
+        s, k = self.coefficients(name)
+        a = 1 + k / s
+        return a - np.sqrt(a * a - 1)
+
+    def coefficients(self, name):
+        t = self.values[name]
+        scattering, absorption = (np.array(t[key]) for key in ("reduced_scattering_per_mm", "absorption_per_mm"))
+        return 0.75 * scattering - 0.25 * absorption, 2 * absorption
+
+    def layer(self, name, depth, below):
+        """Reflectance of a layer of this depth (mm) over tissue with the reflectance `below`."""
+        if "absorption_per_mm" not in self.values[name]:
+            return self.infinite(name)
+        s, k = self.coefficients(name)
+        a = 1 + k / s
+        b = np.sqrt(a * a - 1)
+        c = b / np.tanh(b * s * depth[:, None])
+        return (1 - below * (a - c)) / (a - below + c)
+
+    def free_path(self, name):
+        t = self.values[name]
+        return 1 / (np.array(t["reduced_scattering_per_mm"]) + np.array(t.get("absorption_per_mm", [0.3] * 3)))
+
+    def of(self, tissue, under, depth):
+        """Arrays over the vertices: reflectance, mean free path (mm), roughness, reflectance of the film at normal
+        incidence, metal."""
+        n = len(tissue)
+        color, path = np.zeros((n, 3)), np.ones((n, 3))
+        rough, mirror, metal = np.full(n, 0.5), np.full(n, 0.04), np.zeros(n)
+        film = self.values["film"]
+        for number, name in self.names.items():
+            mine = tissue == number
+            if name not in self.values or not mine.any():
+                continue
+            t = self.values[name]
+            color[mine] = self.infinite(name)
+            if not t.get("metal"):
+                path[mine] = self.free_path(name)
+                wet = t["wet"]
+                water, index = film["refractive_index"], t["refractive_index"]
+                outer, inner = ((water - 1) / (water + 1)) ** 2, ((index - water) / (index + water)) ** 2
+                dry = ((index - 1) / (index + 1)) ** 2
+                mirror[mine] = (1 - wet) * dry + wet * (outer + (1 - outer) ** 2 * inner)
+                rough[mine] = (1 - wet) * t["roughness"] + wet * min(t["roughness"], film["roughness"])
+            else:
+                metal[mine], rough[mine] = 1, t["roughness"]
+            # A tissue that light passes: what lies below it shines through.
+            below = np.where(under > 0, under, 0)
+            thick = depth.astype(float).copy()
+            if "thickness_mm" in t:
+                usual = mine & (under == 0)
+                below = np.where(usual, self.number("dentin"), below)
+                thick[usual] = t["thickness_mm"]
+            for lower, lower_name in self.names.items():
+                both = mine & (below == lower)
+                if lower_name not in self.values or lower == number or not both.any():
+                    continue
+                if t.get("metal") or "absorption_per_mm" not in t:
+                    continue
+                d = np.maximum(thick[both], 0.02)
+                color[both] = self.layer(name, d, self.infinite(lower_name))
+                # Light crosses the layer and is scattered in the tissue below.
+                path[both] = np.minimum(self.free_path(lower_name) + 0.5 * d[:, None], self.free_path(name))
+        return color, path, rough, mirror, metal
+
+    def number(self, name):
+        return next(n for n, known in self.names.items() if known == name)
+
+
+def add_body(name, vertices, triangles, tissues, material):
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(vertices))
+    mesh.vertices.foreach_set("co", np.stack([vertices[c] for c in "xyz"], 1).astype(np.float32).ravel())
+    mesh.loops.add(triangles.size)
+    mesh.loops.foreach_set("vertex_index", triangles.ravel().astype(np.int32))
+    mesh.polygons.add(len(triangles))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_total", np.full(len(triangles), 3, np.int32))
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(triangles), bool))
+    mesh.update(calc_edges=True)
+    mesh.use_auto_smooth = True
+    mesh.normals_split_custom_set_from_vertices(np.stack([vertices[c] for c in ("nx", "ny", "nz")], 1).tolist())
+
+    def attribute(name, kind, data):
+        layer = mesh.attributes.new(name, kind, "POINT")
+        layer.data.foreach_set("vector" if kind == "FLOAT_VECTOR" else "value", data.astype(np.float32).ravel())
+
+    if tissues:
+        attribute("share", "FLOAT", vertices["share"])
+        for which, tissue in (("first", vertices["tissue"]), ("second", vertices["second"])):
+            color, path, rough, mirror, metal = tissues.of(tissue, vertices["under"], vertices["depth"])
+            attribute(which + "_color", "FLOAT_VECTOR", color)
+            attribute(which + "_path", "FLOAT_VECTOR", path)
+            attribute(which + "_gloss", "FLOAT_VECTOR", np.stack([rough, mirror, metal], 1))
+    mesh.materials.append(material)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, mesh))
+
+
+def tissue_material():
+    """Random-walk subsurface scattering under a film that reflects by Fresnel's equations. The boundary between two
+    tissues lies where the fraction of the second one passes one half."""
+    material = bpy.data.materials.new("tissue")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+
+    def node(kind, **settings):
+        n = nodes.new(kind)
+        for key, value in settings.items():
+            setattr(n, key, value)
+        return n
+
+    share = node("ShaderNodeAttribute", attribute_name="share")
+    second = node("ShaderNodeMath", operation="GREATER_THAN")
+    second.inputs[1].default_value = 0.5
+    links.new(share.outputs["Fac"], second.inputs[0])
+
+    def chosen(what):
+        mix = node("ShaderNodeMixRGB")
+        links.new(second.outputs[0], mix.inputs["Fac"])
+        for socket, which in (("Color1", "first_"), ("Color2", "second_")):
+            source = node("ShaderNodeAttribute", attribute_name=which + what)
+            links.new(source.outputs["Vector"], mix.inputs[socket])
+        return mix.outputs[0]
+
+    color, gloss = chosen("color"), node("ShaderNodeSeparateRGB")
+    links.new(chosen("gloss"), gloss.inputs[0])
+    inside = node("ShaderNodeSubsurfaceScattering", falloff="RANDOM_WALK_FIXED_RADIUS")
+    inside.inputs["Scale"].default_value = 1
+    links.new(color, inside.inputs["Color"])
+    links.new(chosen("path"), inside.inputs["Radius"])
+    film = node("ShaderNodeBsdfGlossy", distribution="GGX")
+    links.new(gloss.outputs[0], film.inputs["Roughness"])
+    # The index of refraction with this reflectance at normal incidence: n = (1 + sqrt F) / (1 - sqrt F).
+    root = node("ShaderNodeMath", operation="SQRT")
+    plus = node("ShaderNodeMath", operation="ADD")
+    minus = node("ShaderNodeMath", operation="SUBTRACT")
+    index = node("ShaderNodeMath", operation="DIVIDE")
+    plus.inputs[0].default_value = minus.inputs[0].default_value = 1
+    links.new(gloss.outputs[1], root.inputs[0])
+    links.new(root.outputs[0], plus.inputs[1])
+    links.new(root.outputs[0], minus.inputs[1])
+    links.new(plus.outputs[0], index.inputs[0])
+    links.new(minus.outputs[0], index.inputs[1])
+    fresnel = node("ShaderNodeFresnel")
+    links.new(index.outputs[0], fresnel.inputs["IOR"])
+    wet = node("ShaderNodeMixShader")
+    links.new(fresnel.outputs[0], wet.inputs["Fac"])
+    links.new(inside.outputs[0], wet.inputs[1])
+    links.new(film.outputs[0], wet.inputs[2])
+    metal = node("ShaderNodeBsdfGlossy", distribution="GGX")
+    links.new(color, metal.inputs["Color"])
+    links.new(gloss.outputs[0], metal.inputs["Roughness"])
+    whole = node("ShaderNodeMixShader")
+    links.new(gloss.outputs[2], whole.inputs["Fac"])
+    links.new(wet.outputs[0], whole.inputs[1])
+    links.new(metal.outputs[0], whole.inputs[2])
+    links.new(whole.outputs[0], node("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material
+
+
+def metal_material(values):
+    material = bpy.data.materials.new("metal")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    metal = nodes.new("ShaderNodeBsdfGlossy")
+    metal.distribution = "GGX"
+    metal.inputs["Color"].default_value = (*values["reflectance"], 1)
+    metal.inputs["Roughness"].default_value = values["roughness"]
+    links.new(metal.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material
+
+
+def add_light(light):
+    """The lamp as a distant disc, and the room as light from all directions."""
+    sun = bpy.data.lights.new("lamp", "SUN")
+    sun.energy = light["lamp_strength"]
+    sun.angle = 2 * light["lamp_half_angle"]
+    sun.color = light["lamp_color"]
+    lamp = bpy.data.objects.new("lamp", sun)
+    lamp.rotation_mode = "QUATERNION"
+    lamp.rotation_quaternion = Vector(light["toward_lamp"]).to_track_quat("Z", "Y")
+    bpy.context.scene.collection.objects.link(lamp)
+
+    world = bpy.data.worlds.new("room")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    background = nodes["Background"]
+    direction = nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+
+    def along(axis, low, high):
+        dot = nodes.new("ShaderNodeVectorMath")
+        dot.operation = "DOT_PRODUCT"
+        links.new(direction, dot.inputs[0])
+        dot.inputs[1].default_value = axis
+        ramp = nodes.new("ShaderNodeMapRange")
+        ramp.interpolation_type = "SMOOTHSTEP"
+        links.new(dot.outputs["Value"], ramp.inputs["Value"])
+        ramp.inputs["From Min"].default_value, ramp.inputs["From Max"].default_value = low, high
+        return ramp.outputs[0]
+
+    def mixed(kind, factor, first, second):
+        mix = nodes.new("ShaderNodeMixRGB")
+        mix.blend_type = kind
+        links.new(factor, mix.inputs["Fac"])
+        for socket, value in (("Color1", first), ("Color2", second)):
+            if isinstance(value, list):
+                mix.inputs[socket].default_value = (*value, 1)
+            else:
+                links.new(value, mix.inputs[socket])
+        return mix.outputs[0]
+
+    room = light["room"]
+    color = mixed("MIX", along(light["up"], -0.9, 0.9), room["floor"], room["ceiling"])
+    color = mixed("ADD", along(light["window"], 0.45, 1.05), color, room["window"])
+    links.new(color, background.inputs["Color"])
+    background.inputs["Strength"].default_value = 1
+
+
+def add_camera(eye, size):
+    f = eye["frustum"]
+    width, height = f["right"] - f["left"], f["top"] - f["bottom"]
+    camera = bpy.data.cameras.new("eye")
+    camera.sensor_fit = "HORIZONTAL"
+    camera.sensor_width = 36
+    camera.lens = 36 * f["near"] / width
+    camera.shift_x = (f["left"] + f["right"]) / (2 * width)
+    camera.shift_y = (f["bottom"] + f["top"]) / (2 * width)
+    camera.clip_start, camera.clip_end = f["near"], f["far"]
+    seen = bpy.data.objects.new("eye", camera)
+    seen.matrix_world = Matrix([eye["view"][4 * i : 4 * i + 4] for i in range(4)]).inverted()
+    scene = bpy.context.scene
+    scene.collection.objects.link(seen)
+    scene.camera = seen
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    aspect = (width / size[0]) / (height / size[1])
+    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(aspect, 1.0), max(1 / aspect, 1.0)
+
+
+def tone_map(color):
+    """Khronos PBR Neutral, as in shaders/lighting.glsl."""
+    start, desaturation = 0.8 - 0.04, 0.15
+    x = color.min(-1, keepdims=True)
+    color = color - np.where(x < 0.08, x - 6.25 * x * x, 0.04)
+    peak = np.maximum(color.max(-1, keepdims=True), 1e-9)
+    d = 1 - start
+    new_peak = 1 - d * d / (peak + d - start)
+    g = 1 - 1 / (desaturation * (peak - new_peak) + 1)
+    pressed = color * new_peak / peak
+    pressed = pressed * (1 - g) + new_peak * g
+    return np.where(peak < start, color, pressed)
+
+
+def smoothed(color, body):
+    """Non-local means (Buades et al. 2005) in the logarithm of light: a pixel becomes the mean of pixels nearby whose
+    surroundings look alike. Only the noise of the samples disappears. `body`: pixels that show a body."""
+    log = np.log(np.maximum(color, 0) + 0.02)
+
+    def moved(a, dx, dy):
+        return np.roll(a, (dy, dx), (0, 1))
+
+    # Standard deviation of the noise: from the second difference of neighbours, whose median ignores edges.
+    second = np.abs(log - 0.5 * (moved(log, 1, 0) + moved(log, -1, 0)))
+    noise = np.median(second[body]) / 0.6745 / np.sqrt(1.5)
+    total, weight = np.zeros_like(color), np.zeros(color.shape[:2] + (1,))
+    for dx in range(-4, 5):
+        for dy in range(-4, 5):
+            apart = ((log - moved(log, dx, dy)) ** 2).mean(-1)
+            apart = sum(moved(apart, x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)) / 9
+            w = np.exp(-np.maximum(apart - 2 * noise**2, 0) / (0.6 * noise) ** 2)[..., None]
+            total += w * moved(color, dx, dy)
+            weight += w
+    return total / weight
+
+
+def background(size):
+    """The dark wall of shaders/background.frag without its noise; rows from bottom to top."""
+    x = (2 * (np.arange(size[0]) + 0.5) / size[0] - 1)[None, :]
+    y = (1 - 2 * (np.arange(size[1]) + 0.5) / size[1])[:, None]  # Vulkan: downwards
+    near = np.exp(-1.1 * (x * x + (y + 0.15) ** 2))[..., None]
+    return (1 - near) * np.array([0.0045, 0.0050, 0.0060]) + near * np.array([0.036, 0.040, 0.047])
+
+
+def main():
+    arguments = sys.argv[sys.argv.index("--") + 1 :]
+    folder, out = os.path.abspath(arguments[0]), os.path.abspath(arguments[1])
+    samples = int(arguments[2]) if len(arguments) > 2 else 512
+    with open(os.path.join(folder, "frame.json")) as f:
+        frame = json.load(f)
+    with open(os.path.join(HERE, "tissues.json")) as f:
+        values = json.load(f)
+    vertices, triangles, names = load_geometry(os.path.join(folder, "geometry.ply"))
+    tissues = Tissues(values, frame["colors"], names)
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    tissue, metal = tissue_material(), metal_material(values["tool"])
+    for body in np.unique(vertices["body"]):
+        mine = np.flatnonzero(vertices["body"] == body)
+        number = np.full(len(vertices), -1)
+        number[mine] = np.arange(len(mine))
+        own = number[triangles[vertices["body"][triangles[:, 0]] == body]]
+        is_tool = body == TOOL
+        add_body(f"body {body}", vertices[mine], own, None if is_tool else tissues, metal if is_tool else tissue)
+    add_light(frame["light"])
+    add_camera(frame["left"], frame["size"])
+
+    scene.render.engine = "CYCLES"
+    scene.cycles.device = "CPU"
+    scene.cycles.samples = samples
+    scene.cycles.use_adaptive_sampling = True
+    scene.cycles.adaptive_threshold = 0.01
+    scene.cycles.seed = 1
+    scene.cycles.sample_clamp_indirect = 10
+    scene.cycles.max_bounces = 16
+    scene.cycles.use_denoising = False  # Debian's package has no denoiser; smoothed() replaces it
+    scene.render.film_transparent = True
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.filepath = os.path.join(folder, "light.exr")
+    bpy.ops.render.render(write_still=True)
+
+    image = bpy.data.images.load(scene.render.filepath)
+    pixels = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(frame["size"][1], frame["size"][0], 4).astype(float)
+    shown = tone_map(smoothed(pixels[..., :3] / np.maximum(pixels[..., 3:], 1e-6), pixels[..., 3] > 0.99)) * pixels[..., 3:]
+    shown += background(frame["size"]) * (1 - pixels[..., 3:])
+    shown = np.clip(shown, 0, 1)
+    encoded = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    picture = bpy.data.images.new("picture", *frame["size"])
+    picture.pixels.foreach_set(np.concatenate([encoded, np.ones_like(encoded[..., :1])], -1).astype(np.float32).ravel())
+    picture.filepath_raw, picture.file_format = out, "PNG"
+    picture.save()
+
+
+main()
