@@ -18,7 +18,7 @@ dvec3 linear_light(const dvec3& srgb) {
 
 }  // namespace
 
-shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kTissueCount>& looks,
+shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
                                 const ToolBody& tool, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds) {
   shared::FrameData data{};
