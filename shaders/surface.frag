@@ -20,7 +20,7 @@ layout(location = 0) out vec4 out_color;
 
 layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
 
-const uint kEnamel = 1u, kCaries = 3u, kGingiva = 7u;
+const uint kEnamel = 1u, kCaries = 3u;
 
 bool holds(int what) { return (kHolds & what) != 0; }
 
@@ -42,6 +42,8 @@ vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
 }
+
+#include "gum.glsl"
 
 /// Adds the cursor's ring to the colour. The ring is light inside and dark outside, so that it is visible on every
 /// tissue. There is no ring where the cursor's line leaves a body.
@@ -101,7 +103,7 @@ void main() {
     float core = smoothstep(0.45, 1.0, inward - 0.5 * in_first.w + 0.3 * (grain - 0.5));
     color *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
   }
-  if (kView == 3 && a != kGingiva) {
+  if (kView == 3 && a != kGingiva && a < kMucosa) {
     // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
     float d = in_normal.w * 2.0;  // mm
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
@@ -129,11 +131,8 @@ void main() {
       color *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
       color *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
       gloss_normal = bumped(n, in_mesh_position, 0.55e-3, 0.055);
-    } else if (holds(kHoldsGum) && main_tissue == kGingiva) {
-      // Gum has a texture like orange peel, and is redder in some places.
-      color *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
-      n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
-      gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
+    } else if (holds(kHoldsGum) && (main_tissue == kGingiva || main_tissue >= kMucosa)) {
+      soft_surface(main_tissue, in_mesh_position, in_first.w, color, n, gloss_normal);
     }
   }
   out_color = vec4(

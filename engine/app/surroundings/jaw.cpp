@@ -14,13 +14,14 @@ constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;  // m along, where the tilt 
 constexpr double kRowDepth = 15.5e-3;     // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;      // m, least thickness of a jaw without one
 // The ridge: m. It is wider at its bottom, and ends in a fold, buccal and lingual.
-constexpr double kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3, kSwellDepth = 4e-3;
+constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3, kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
+constexpr double kBack = 20e-3;  // m behind the working tooth, where the mouth ends
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;  // m, height of the attached gum; half width of its border
 // The tongue and the cheek: m from the curve of the teeth, and heights over the occlusal plane.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-constexpr double kLipFrom = 17e-3, kSkinFrom = 21e-3, kFaceTo = 34e-3;
+constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
 
 }  // namespace
 
@@ -42,7 +43,8 @@ Jaw::Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, d
   tilt_beside_ = -n.y / n.z;
   knots_.push_back({own_, edge.z - tilt_along_ * (edge.x - own.x), half_width});
   depth_ = plan.row ? kRowDepth : std::max(kBlockDepth, roots + 1.5e-3);
-  back_ = own.x - 18e-3;
+  own_x_ = own.x;
+  back_ = own.x - kBack;
   if (plan.row) {
     for (const RowTooth& tooth : plan.row->teeth)
       knots_.push_back({curve_.place({tooth.at.x, tooth.at.y}).along, tooth.at.z + kFree, 0.5 * tooth.form.neck.y});
@@ -94,35 +96,47 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  double d = smooth_max(side, 1.3e-3 - p.depth, 4e-3);
+  // Between two teeth the ridge is a papilla.
+  const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
+  double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
     d = smooth_min(d, (p.beside > 0 ? kBuccalFold : kLingualFold) - p.depth, kFoldRound);
     d = smooth_max(d, std::abs(p.beside) - kJawEdge, 2e-3);
   }
+  if (plan_.row) d = smooth_max(d, back_ - 3e-3 - p.x, 2e-3);
   return smooth_max(d, p.depth - depth_, 2e-3);
 }
 
 double Jaw::tongue(const Place& p) const {
   const double in = -p.beside - kTongueFrom;
   const double top = occlusal_ - kTongueBelow + kTongueDome * (1 - std::exp(-std::max(in, 0.0) / 9e-3));
-  const double d = smooth_max(smooth_max(-in, p.z - top, kTongueRound), back_ - p.x, kTongueRound);
-  return std::max(d, p.depth - depth_);
+  const double d = smooth_max(-in, p.z - top, kTongueRound);
+  return std::max({d, p.depth - depth_, back_ - 3e-3 - p.x});
+}
+
+double Jaw::rim(const Place& p) const {
+  // The cheek is high beside the molars; in front the lip is low.
+  const double front = smooth_step(14e-3, 30e-3, p.x - own_x_);
+  return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
 }
 
 double Jaw::cheek(const Place& p) const {
-  // The cheek is high beside the molars; in front the lip is low.
-  const double front = smooth_step(14e-3, 30e-3, p.x - (back_ + 18e-3));
-  const double rim = occlusal_ + kCheekOver + front * (-kLipBelow - kCheekOver);
-  const double out = p.beside - kCheekFrom;
-  // Outside the rim the skin falls away.
-  const double fall = 0.012e3 * std::pow(std::max(p.beside - kSkinFrom, 0.0), 2);
-  const double d = smooth_max(smooth_max(-out, p.z - rim + fall, kCheekRound), p.beside - kFaceTo, 3e-3);
-  return smooth_max(std::max(d, p.depth - depth_), back_ - 6e-3 - p.x, 4e-3);
+  // Behind the last tooth the wall closes the mouth.
+  const double in = smooth_max(p.beside - kCheekFrom, back_ - p.x, 8e-3);
+  const double d = smooth_max(smooth_max(-in, p.z - rim(p), kCheekRound), p.beside - kLipFrom, 1e-3);
+  return std::max({d, p.depth - depth_, back_ - 6e-3 - p.x});
 }
 
-double Jaw::lining(const Place& p) const {
-  if (plan_.mouth == Mouth::kPhantom) return 0;
-  return 1 - smooth_step(kLipFrom, kSkinFrom, p.beside);
+double Jaw::lip(const Place& p) const {
+  const double roll = std::hypot(p.beside - kLipFrom, p.z - rim(p) + kLipRadius - 0.4e-3) - kLipRadius;
+  return std::max(roll, back_ - 6e-3 - p.x);
+}
+
+double Jaw::face(const Place& p) const {
+  const double out = p.beside - kLipFrom;
+  const double top = rim(p) - 1.6e-3 - kFaceFall * out * out;
+  const double d = smooth_max(smooth_max(-out, p.z - top, 1e-3), p.beside - kFaceTo, 3e-3);
+  return std::max({d, top - kFaceThick - p.z, back_ - 6e-3 - p.x});
 }
 
 }  // namespace typodont

@@ -30,10 +30,10 @@ class Jaw {
   /// Distances, m, negative inside. ridge: the jaw without the gum's collar; the others as their names say.
   double ridge(const Place& p) const;
   double tongue(const Place& p) const;
-  /// Cheek, lips and the skin around them.
   double cheek(const Place& p) const;
-  /// Share of mucosa in the surface of the cheek; the rest is skin.
-  double lining(const Place& p) const;
+  double lip(const Place& p) const;
+  double face(const Place& p) const;
+  double rim(const Place& p) const;  // height of the cheek's and the lip's rim, in the row's frame
 
   dvec3 to_row(const dvec3& p_W) const {
     return {glm::dot(p_W, plan_.arch), glm::dot(p_W, across_), glm::dot(p_W, plan_.crown)};
@@ -54,7 +54,7 @@ class Jaw {
   std::vector<double> contacts_;  // along
   double own_ = 0, beside_ = 0;   // the working tooth's place
   double tilt_along_ = 0, tilt_beside_ = 0;
-  double occlusal_ = 0, depth_ = 0, back_ = 0;
+  double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;
 };
 
 }  // namespace typodont

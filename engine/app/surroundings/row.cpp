@@ -9,20 +9,16 @@
 
 namespace typodont {
 
-dvec3 RowTooth::to_form(const dvec3& p_row) const {
-  const dvec3 r = p_row - at;
-  const double c = std::cos(turn), s = std::sin(turn);
-  const double x = c * r.x + s * r.y, y = c * r.y - s * r.x;
-  const double cl = std::cos(lean), sl = std::sin(lean);
-  return {mirrored ? -x : x, cl * y + sl * r.z, cl * r.z - sl * y};
+namespace {
+
+/// Row → form: turned about z, leant towards lingual, mirrored for the other side of the jaw.
+glm::dmat3 to_form(double turn, double lean, bool mirrored) {
+  const double c = std::cos(turn), s = std::sin(turn), cl = std::cos(lean), sl = std::sin(lean);
+  const double x = mirrored ? -1 : 1;
+  return glm::transpose(glm::dmat3(dvec3(x * c, x * s, 0), dvec3(-cl * s, cl * c, sl), dvec3(sl * s, -sl * c, cl)));
 }
 
-dvec3 RowTooth::from_form(const dvec3& p) const {
-  const double cl = std::cos(lean), sl = std::sin(lean);
-  const double x = mirrored ? -p.x : p.x, y = cl * p.y - sl * p.z, z = cl * p.z + sl * p.y;
-  const double c = std::cos(turn), s = std::sin(turn);
-  return at + dvec3(c * x - s * y, s * x + c * y, z);
-}
+}  // namespace
 
 ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)) {
   along_.push_back(0);
@@ -63,8 +59,8 @@ ToothRow load_tooth_row(const std::filesystem::path& file) {
       forms[name] = read_tooth_form(Json::load(form));
     }
     row.teeth.push_back({forms[name], item["at_mm"].vec3() * kMillimetre,
-                         item.number_or("turn_deg", 0, -180, 180) * kDegree,
-                         item.number_or("lean_deg", 0, -30, 30) * kDegree, item.boolean_or("mirrored", false)});
+                         to_form(item.number_or("turn_deg", 0, -180, 180) * kDegree,
+                                 item.number_or("lean_deg", 0, -30, 30) * kDegree, item.boolean_or("mirrored", false))});
   }
   if (row.teeth.size() > 32) json["teeth"].fail("at most 32 teeth");
   for (const Json& item : json["curve_mm"].items()) {

@@ -12,13 +12,11 @@ namespace typodont {
 /// Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; the origin is W's. m.
 struct RowTooth {
   ToothForm form;
-  dvec3 at{0, 0, 0};      // m, middle of the neck
-  double turn = 0;        // rad, about z
-  double lean = 0;        // rad, towards lingual, in addition to the form's own
-  bool mirrored = false;  // a tooth of the other side of the jaw
+  dvec3 at{0, 0, 0};       // m, middle of the neck
+  glm::dmat3 R_FR{1};      // row → form; with a reflection for a tooth of the other side of the jaw
 
-  dvec3 to_form(const dvec3& p_row) const;
-  dvec3 from_form(const dvec3& p) const;
+  dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
+  dvec3 from_form(const dvec3& p) const { return at + glm::transpose(R_FR) * p; }
   double distance(const dvec3& p_row) const { return form.distance(to_form(p_row)); }
 };
 

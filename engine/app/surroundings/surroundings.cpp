@@ -17,13 +17,14 @@ namespace typodont {
 namespace {
 
 // m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
-constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.6e-3;
-constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 0.9e-3;
-constexpr double kNear = 15e-3;
+constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.7e-3;
+constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 0.8e-3;
+constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 constexpr double kCoarseFrom = 45e-6;  // m, surface error above which the coarse mesh is used
 constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which the drawn neighbours end
+constexpr double kCrownFrom = 4e-3;    // m above the gum at the working tooth: there are crowns only
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
 constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
@@ -185,7 +186,8 @@ struct SurroundingsShape::Impl {
   double below_edge(const dvec3& p) const { return plan.row ? jaw.place(p).depth : below_plane(p); }
   double neighbour(const Neighbour& n, const dvec3& p) const {
     const double d = whole(n, p);
-    return plan.gum && d < 1e-3 ? std::max(d, below_edge(p) - kRootShown) : d;
+    const bool low = glm::dot(p - plan.margin, plan.crown) < kCrownFrom;
+    return plan.gum && low && d < 1e-3 ? std::max(d, below_edge(p) - kRootShown) : d;
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
@@ -266,8 +268,8 @@ double SurroundingsShape::mouth(const dvec3& p_W) const {
   const Impl& shape = *impl_;
   if (shape.plan.mouth == Mouth::kNone) return 1.0;
   const Jaw::Place at = shape.jaw.place(p_W);
-  const double cheek = shape.jaw.cheek(at);
-  return shape.plan.mouth == Mouth::kPatient ? std::min(cheek, shape.jaw.tongue(at)) : cheek;
+  const double rim = std::min({shape.jaw.cheek(at), shape.jaw.lip(at), shape.jaw.face(at)});
+  return shape.plan.mouth == Mouth::kPatient ? std::min(rim, shape.jaw.tongue(at)) : rim;
 }
 
 std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& normal, double offset,
@@ -400,17 +402,28 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     add(box.lo, meshes, kClampVoxel, steel);
   }
   if (plan.mouth == Mouth::kNone) return result;
-  const Box box = shape.arch_box(36e-3, 9e-3);
-  const auto body = [&](Tissue matter, const auto& field, const auto& beneath) {
-    const auto at = [&](const dvec3& p) { return field(shape.jaw.place(p)); };
+  const Box box = shape.arch_box(kMouthReach, 9e-3);
+  const auto body = [&](Tissue matter, double (Jaw::*field)(const Jaw::Place&) const, const auto& beneath) {
+    const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
     auto meshes = meshes_of_field<2>(box.lo, box.hi, kMouthVoxel, kGumTolerance, at, gum_label);
-    for (auto& mesh : meshes) paint(mesh, box.lo, matter, render::kMucosa, beneath);
+    for (auto& mesh : meshes) paint(mesh, box.lo, matter, Tissue::kPulp, beneath);
     add(box.lo, meshes, kMouthVoxel, at);
   };
-  body(render::kSkin, [&](const Jaw::Place& p) { return shape.jaw.cheek(p); },
-       [&](const dvec3& p) { return shape.jaw.lining(shape.jaw.place(p)); });
-  if (!phantom && !plan.dam)
-    body(render::kTongue, [&](const Jaw::Place& p) { return shape.jaw.tongue(p); }, [](const dvec3&) { return 0.0; });
+  const auto plain = [](const dvec3&) { return 0.0; };
+  // Deep in the mouth the mucosa is darker.
+  const auto deep = [&](const dvec3& p) {
+    const Jaw::Place at = shape.jaw.place(p);
+    return 0.75 * smooth_step(2e-3, 20e-3, shape.jaw.rim(at) - at.z);
+  };
+  if (phantom) {
+    body(render::kSkin, &Jaw::cheek, plain);
+    body(render::kRubber, &Jaw::lip, plain);
+  } else {
+    body(render::kMucosa, &Jaw::cheek, deep);
+    body(render::kMucosa, &Jaw::lip, plain);
+    if (!plan.dam) body(render::kTongue, &Jaw::tongue, deep);
+  }
+  body(render::kSkin, &Jaw::face, plain);
   return result;
 }
 

@@ -30,35 +30,49 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
+/// m, height of the fine ridges on the slope of a hill. `from_tip`: m; `over`: m above the next hill; there are none where
+/// two hills meet and at the tips.
+double ridges(const glm::dvec2& from_tip, double over) {
+  const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
+  // cos(4 φ) by the square of cos φ
+  const double wave = 8 * c * c - 8 * c + 1;
+  return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
+}
+
 }  // namespace
 
 double ToothForm::distance(const dvec3& p) const {
   const double z = p.z;
-  const double x = p.x, y = p.y + std::tan(lean) * std::max(z, 0.0);
+  const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  const double r = std::hypot(x, y);
-  double side = -std::min(a, b);
-  if (r > 1e-6) {
+  // The side. Its outline lies between an ellipse and a rectangle; the ellipse tells if more than that is needed.
+  const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
+  const auto outline = [&] {
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
-    side = kSideSlope * (r - r / n);
-  }
-  double first = -1, second = -1;  // heights of the two highest hills here
+    return kSideSlope * (r - r / n);
+  };
+  const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
+  if (z < 0.3 * height) return smooth_max(r > 1e-6 ? outline() : at_most, -root - z, 1e-3);
+
+  // The occlusal surface is the highest of the hills. Where two of them meet there is a groove.
+  double first = -1, second = -1;
+  glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {
     const glm::dvec2 d = (glm::dvec2(x, y) - hill.at) / hill.long_by;
-    const double q = std::sqrt(glm::dot(d, d) + kTip * kTip) - kTip;
-    const double fine = kRidges * std::cos(5 * std::atan2(d.y, d.x) + 900 * hill.at.x) * std::min(q / 1.2e-3, 1.0);
-    const double h = hill.height - hill.slope * q + fine;
+    const double h = hill.height - hill.slope * (std::sqrt(glm::dot(d, d) + kTip * kTip) - kTip);
     if (h > first) {
       second = first;
       first = h;
+      from_tip = d;
     } else {
       second = std::max(second, h);
     }
   }
-  const double groove = (first - second) / groove_width;
-  const double top = kTopSlope * (z - first + groove_depth * std::exp(-groove * groove));
-  return smooth_max(smooth_max(side, top, rounding), -root - z, 1e-3);
+  const double meet = (first - second) / groove_width;
+  if (meet < 3) first -= groove_depth * std::exp(-meet * meet);
+  const double top = kTopSlope * (z - first - ridges(from_tip, first - second));
+  return at_most + rounding < top ? top : smooth_max(outline(), top, rounding);
 }
 
 Tissue ToothForm::tissue(const dvec3& p) const {
@@ -70,11 +84,11 @@ Tissue ToothForm::tissue(const dvec3& p) const {
 
 dvec3 ToothForm::low() const {
   const glm::dvec2 half = 0.5 * glm::max(widest, neck) + kMargin;
-  return {-half.x, -half.y - std::tan(lean) * height, -root - kMargin};
+  return {-half.x, -half.y - std::max(lean, 0.0) * height, -root - kMargin};
 }
 dvec3 ToothForm::high() const {
   const glm::dvec2 half = 0.5 * glm::max(widest, neck) + kMargin;
-  return {half.x, half.y, height + kMargin};
+  return {half.x, half.y + std::max(-lean, 0.0) * height, height + kMargin};
 }
 
 ToothForm read_tooth_form(const Json& json) {
@@ -99,7 +113,7 @@ ToothForm read_tooth_form(const Json& json) {
   form.lingual = contour[2] * kMillimetre;
   form.square = json.number_or("square", form.square, 1.5, 6);
   form.rounding = json["rounding_mm"].number(0.1, 4) * kMillimetre;
-  form.lean = json.number_or("lean_deg", 0, -30, 30) * kPi / 180;
+  form.lean = std::tan(json.number_or("lean_deg", 0, -30, 30) * kDegree);
   form.root = json["root_mm"].number(4, 25) * kMillimetre;
   const glm::dvec2 groove = pair(json["groove_mm"], 0, 2);
   form.groove_depth = groove.x;

@@ -28,7 +28,7 @@ struct ToothForm {
   double proximal = 0, buccal = 0, lingual = 0;  // height of the widest part on each side
   double square = 2.5;      // exponent of the outline's superellipse: 2 is an ellipse
   double rounding = 0;      // radius of the edge between the side and the occlusal surface
-  double lean = 0;          // rad, inclination of the crown towards lingual
+  double lean = 0;          // m per m, inclination of the crown towards lingual
   double root = 0;          // length of the root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
