@@ -89,6 +89,9 @@ vec2 tissue_visibility(vec3 p, vec3 n) {
               (1.0 / (1.0 + far2 / (2.0 * kOcclusionRadius * kOcclusionRadius)));
     }
     result.y = clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0);
+    // Beyond the map there is no shadow. It fades out, so that the map's border is not visible.
+    vec2 from_middle = abs(q.xy - 0.5);
+    result = mix(vec2(1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
   }
   return result;
 }

@@ -4,6 +4,7 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 #include "tooth.glsl"
+#include "gum.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
@@ -20,8 +21,6 @@ layout(location = 11) centroid in vec3 in_half_way;
 layout(location = 0) out vec4 out_color;
 
 layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
-
-const uint kGingiva = 7u;
 
 bool holds(int what) { return (kHolds & what) != 0; }
 
@@ -80,7 +79,7 @@ void main() {
     float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);
     color = mix(color, caries(color, in_mesh_position, inward, in_first.w), decay);
   }
-  if (kView == 3 && a != kGingiva) {
+  if (kView == 3 && a != kGingiva && a < kMucosa) {
     // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
     float d = in_normal.w * 2.0;  // mm
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
@@ -109,11 +108,8 @@ void main() {
       color = dentin(color, in_mesh_position, n, pixel, gloss_normal, look.x);
     } else if (holds(kHoldsDecay) && main_tissue == kPulp) {
       color = pulp(color, in_mesh_position, n, gloss_normal);
-    } else if (holds(kHoldsGum) && main_tissue == kGingiva) {
-      // Gum has a texture like orange peel, and is redder in some places.
-      color *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
-      n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
-      gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
+    } else if (holds(kHoldsGum) && (main_tissue == kGingiva || main_tissue >= kMucosa)) {
+      soft_surface(main_tissue, in_mesh_position, in_first.w, color, n, gloss_normal);
     }
   }
   out_color = vec4(

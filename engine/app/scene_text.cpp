@@ -44,7 +44,10 @@ Text scene_for_other_folder(const Scene& scene) {
   const fs::path& folder = scene.place.beside;
   if (text.contains("tissue")) make_absolute(text["tissue"], folder);
   make_absolute(text, "paint_file", folder);
-  if (text.contains("surroundings")) make_absolute(text["surroundings"], folder);
+  if (text.contains("surroundings")) {
+    make_absolute(text["surroundings"], folder);
+    make_absolute(text["surroundings"], "row", folder);
+  }
   if (text.contains("task") && text["task"].contains("ideal")) make_absolute(text["task"]["ideal"], folder);
   return text;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/contract/tissue.h"
+#include "engine/render/drawn_matter.h"
 
 namespace typodont::render {
 
@@ -17,8 +18,8 @@ struct Look {
   double wetness = 0;  // strength of the water film on the surface
 };
 
-inline std::array<Look, kTissueCount> appearances_of(const MaterialTable& materials) {
-  std::array<Look, kTissueCount> looks;
+inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materials) {
+  std::array<Look, kMatterCount> looks;
   const auto set = [&](Tissue t, double roughness, double translucency, double metal, double wetness) {
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
@@ -41,6 +42,13 @@ inline std::array<Look, kTissueCount> appearances_of(const MaterialTable& materi
   set(Tissue::kComposite, 0.40, 0.70, 0, 0.45);
   looks[static_cast<std::size_t>(Tissue::kCaries)].color =
       glm::min(looks[static_cast<std::size_t>(Tissue::kCaries)].color * std::exp2(0.8 * softness), dvec3(1));
+  const auto drawn = [&](Tissue matter, const Look& look) { looks[static_cast<std::size_t>(matter)] = look; };
+  drawn(kMucosa, {{0.74, 0.36, 0.36}, 0.30, 0.60, 0, 0.85});
+  drawn(kTongue, {{0.80, 0.50, 0.49}, 0.50, 0.60, 0, 0.55});
+  drawn(kSkin, {{0.86, 0.69, 0.59}, 0.60, 0.35, 0, 0.05});
+  drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05});
+  drawn(kAcrylic, {{0.88, 0.55, 0.56}, 0.34, 0.40, 0, 0.25});
+  drawn(kPlastic, {{0.93, 0.90, 0.82}, 0.36, 0.55, 0, 0.25});
   return looks;
 }
 

@@ -31,7 +31,7 @@ constexpr std::size_t kMostTracked = 20'000;  // largest number of particles who
 struct Renderer::Impl {
   gpu::Device& device;
   glm::ivec2 size;
-  std::array<Look, kTissueCount> looks;
+  std::array<Look, kMatterCount> looks;
   PassContext context;
 
   gpu::ShaderInputs inputs;  // descriptor sets: one per slot for the scene, one per slot for the reflected scene

@@ -35,8 +35,8 @@ struct FrameData {
   vec4 cursor;            // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
   vec4 cursor_down;       // xyz: unit direction of the line
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
-  vec4 tissue_color[10];  // indexed by contract/tissue.h: linear colour; w: translucency
-  vec4 tissue_look[10];   // roughness, metal, wetness
+  vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
+  vec4 tissue_look[16];   // roughness, metal, wetness
 };
 
 // push constants of an object

@@ -36,29 +36,47 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside; `label(p)`: the
-/// tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
-template <std::size_t kMeshes, class Distance, class Label>
+constexpr double kSteepest = 1.5;  // m per m, largest slope of the distances that are meshed
+
+/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside, with a slope of
+/// at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
+/// `wanted(lo, hi)`: false for a part of the box that is left out.
+template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
-                                                                     Distance&& distance, Label&& label) {
+                                                                     Distance&& distance, Label&& label,
+                                                                     Wanted&& wanted) {
   // These bodies are round, so their meshes must have no creases. The mesher recognises a crease by a slope of 1; so
   // the field is scaled down until its slope is below 1 everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // samples: one additional sample below and two above
-  std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z);
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below and two above
+  constexpr float kUnknown = 1e9f;
+  std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
   const auto at = [&](const glm::ivec3& i) {
     return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
            static_cast<std::size_t>(i.z);
   };
   glm::ivec3 i;
-  for (i.x = 0; i.x < size.x; ++i.x)
-    for (i.y = 0; i.y < size.y; ++i.y)
-      for (i.z = 0; i.z < size.z; ++i.z)
-        samples[at(i)] =
-            std::clamp(kFlat * static_cast<float>(distance(frame.to_world(dvec3(i - 1))) / voxel), -kBand, kBand);
+  const auto value = [&](const dvec3& index) {
+    return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
+  };
+  // Samples are computed when a brick needs them, in blocks: far from the surface one value is enough for a block.
+  const auto sample = [&](const glm::ivec3& index) {
+    constexpr int kBlock = 4;
+    float& known = samples[at(index)];
+    if (known != kUnknown) return known;
+    const glm::ivec3 first = index / kBlock * kBlock, end = glm::min(first + kBlock, size);
+    const float middle = value(dvec3(first) + 0.5 * (kBlock - 1));
+    constexpr double kRadius = 0.5 * (kBlock - 1) * 1.7321;
+    const bool far = std::abs(middle) > kBand + kFlat * kSteepest * kRadius;
+    for (glm::ivec3 j = first; j.x < end.x; ++j.x)
+      for (j.y = first.y; j.y < end.y; ++j.y)
+        for (j.z = first.z; j.z < end.z; ++j.z)
+          samples[at(j)] = std::clamp(far ? middle : value(dvec3(j)), -kBand, kBand);
+    return known;
+  };
 
   std::vector<surface::SurfaceMesher> meshers;
   for (const float tolerance : tolerances) meshers.emplace_back(surface::MesherOptions{.tolerance = tolerance});
@@ -68,11 +86,12 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
     for (key.y = 0; key.y < bricks.y; ++key.y)
       for (key.z = 0; key.z < bricks.z; ++key.z) {
         const glm::ivec3 first = key * FieldBrick::kCells;
+        if (!wanted(frame.to_world(dvec3(first)), frame.to_world(dvec3(first + FieldBrick::kCells)))) continue;
         bool inside = false, outside = false;
         for (i.x = 0; i.x < FieldBrick::kSamples; ++i.x)
           for (i.y = 0; i.y < FieldBrick::kSamples; ++i.y)
             for (i.z = 0; i.z < FieldBrick::kSamples; ++i.z) {
-              const float d = samples[at(first + i)];
+              const float d = sample(first + i);
               brick.distance[FieldBrick::at(i.x, i.y, i.z)] = d;
               (d < 0 ? inside : outside) = true;
             }
@@ -94,7 +113,15 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   return updates;
 }
 
-/// Makes a single mesh by meshes_of_field().
+template <std::size_t kMeshes, class Distance, class Label>
+std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
+                                                                     const std::array<float, kMeshes>& tolerances,
+                                                                     Distance&& distance, Label&& label) {
+  return meshes_of_field<kMeshes>(lo, hi, voxel, tolerances, distance, label,
+                                  [](const dvec3&, const dvec3&) { return true; });
+}
+
+/// Makes a single mesh with meshes_of_field().
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

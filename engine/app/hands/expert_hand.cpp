@@ -779,7 +779,7 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
     : scene_(scene),
       grip_(grip_of(scene, start.frame().voxel)),
       judge_(scene, start),
-      around_(surroundings_shape(scene.surroundings)),
+      around_(monitored_shape(scene.surroundings)),
       whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");

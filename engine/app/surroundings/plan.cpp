@@ -8,7 +8,7 @@
 namespace typodont {
 
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
-  json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
+  json.allow_only({"volume", "crown", "arch", "neighbours", "gum", "row", "mouth", "dam", "monitored"});
   SurroundingsPlan plan;
   const auto direction = [](const Json& value) {
     const dvec3 v = value.vec3();
@@ -53,6 +53,26 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     plan.thickness = gum->number_or("thickness_mm", plan.thickness / kMillimetre, 0.1, 5) * kMillimetre;
     plan.length = gum->number_or("length_mm", plan.length / kMillimetre, 5, 100) * kMillimetre;
   }
+  if (const auto row = json.find("row")) {
+    if (!plan.neighbours.empty()) row->fail("row beside neighbours", "one of them");
+    plan.row = load_tooth_row(find_file(row->string(), place));
+  }
+  if (const auto mouth = json.find("mouth")) {
+    const std::string name = mouth->string();
+    if (name == "patient" || name == "phantom")
+      plan.mouth = name == "patient" ? Mouth::kPatient : Mouth::kPhantom;
+    else if (name != "none")
+      mouth->fail("none, patient or phantom");
+    if (plan.mouth != Mouth::kNone && !(plan.row && plan.gum)) mouth->fail("mouth alone", "row and gum beside it");
+  }
+  if (const auto dam = json.find("dam")) {
+    dam->allow_only({"gap_mm", "clamp"});
+    if (!(plan.row && plan.gum)) dam->fail("dam alone", "row and gum beside it");
+    plan.dam.emplace();
+    plan.dam->gap = dam->number_or("gap_mm", plan.dam->gap / kMillimetre, 0, 2) * kMillimetre;
+    plan.dam->clamp = dam->boolean_or("clamp", true);
+  }
+  plan.monitored = json.boolean_or("monitored", true);
   return plan;
 }
 

@@ -1,10 +1,12 @@
-// A scene's description of the surroundings of the working tooth: its neighbours and the gum.
+// A scene's description of the surroundings of the working tooth: its neighbours, the gum, the mouth and the rubber dam.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "engine/app/assets.h"
+#include "engine/app/surroundings/row.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
 
@@ -17,11 +19,24 @@ struct NeighbourTooth {
   double turn = 0;         // rad, rotation about an axis through the contact point, parallel to the crown's axis
 };
 
+/// What is drawn around the row of teeth. kPhantom: a phantom head with teeth of plastic, gum of acrylic and a mask.
+enum class Mouth { kNone, kPatient, kPhantom };
+
+/// A rubber dam: a sheet with a hole around the working tooth.
+struct RubberDam {
+  double gap = 0.1e-3;  // m, distance between the edge of the hole and the tooth
+  bool clamp = true;    // true: a steel clamp holds the sheet
+};
+
 struct SurroundingsPlan {
   std::filesystem::path volume;  // volume of the tooth that is copied
   dvec3 crown{0, 0, 1};          // unit, towards the occlusal side
   dvec3 arch{1, 0, 0};           // unit, along the row of teeth, perpendicular to the crown's axis
   std::vector<NeighbourTooth> neighbours;
+  std::optional<ToothRow> row;  // the other teeth of the jaw
+  Mouth mouth = Mouth::kNone;
+  std::optional<RubberDam> dam;
+  bool monitored = true;  // false: the surroundings are only drawn; they do not count in damage and score
   bool gum = false;
   dvec3 margin{0, 0, 0};         // a point in the plane of the gum's edge
   dvec3 margin_normal{0, 0, 1};  // normal of the plane of the gum's edge

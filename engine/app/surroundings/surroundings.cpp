@@ -7,34 +7,48 @@
 #include "engine/app/field/field_mesh.h"
 #include "engine/app/field/plane_face.h"
 #include "engine/app/field/tooth_field.h"
+#include "engine/app/surroundings/blend.h"
+#include "engine/app/surroundings/dam.h"
+#include "engine/app/surroundings/jaw.h"
+#include "engine/render/drawn_matter.h"
 
 namespace typodont {
 
 namespace {
 
-constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;  // m, voxel sizes of bodies that are only drawn
+// m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
+constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.7e-3;
+constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 0.8e-3;
+constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 constexpr double kCoarseFrom = 45e-6;  // m, surface error above which the coarse mesh is used
 constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which the drawn neighbours end
+constexpr double kCrownFrom = 4e-3;    // m above the gum at the working tooth: there are crowns only
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
-constexpr double kJawDepth = 9e-3;     // m, least depth of the jaw below the gum's edge
 constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
 constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
+constexpr double kCollarFrom = 4e-3;                        // m from a tooth, where its collar has ended
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
 // m by which the gum's face overlaps the faces of the teeth, so that there is no gap.
 constexpr double kFaceOverlap = 0.05e-3;
 constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind the faces of the teeth
 
-/// Smooth minimum (Quilez): rounds the edge between two solids over a width of k.
-double smooth_min(double a, double b, double k) {
-  const double h = std::max(k - std::abs(a - b), 0.0) / k;
-  return std::min(a, b) - h * h * k * 0.25;
-}
-double smooth_max(double a, double b, double k) {
-  return -smooth_min(-a, -b, k);
-}
+struct Box {
+  dvec3 lo{1e9}, hi{-1e9};  // m, bounds in W
+  void grow(const dvec3& p) {
+    lo = glm::min(lo, p);
+    hi = glm::max(hi, p);
+  }
+  template <class Map>
+  static Box of(const dvec3& low, const dvec3& high, Map&& map) {
+    Box box;
+    for (int corner = 0; corner < 8; ++corner)
+      box.grow(map(dvec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z)));
+    return box;
+  }
+};
 
 /// Transforms points of a neighbour to the tooth from which it is copied.
 struct ToothCopy {
@@ -69,94 +83,152 @@ struct ToothCopy {
   }
 };
 
-struct Box {
-  dvec3 lo, hi;  // m, bounds in W
-};
-void grow(dvec3& lo, dvec3& hi, const dvec3& p) {
-  lo = glm::min(lo, p);
-  hi = glm::max(hi, p);
-}
-
 }  // namespace
 
 struct SurroundingsShape::Impl {
+  /// A neighbouring tooth: a copy of the working tooth, or a tooth of the row.
+  struct Neighbour {
+    std::optional<ToothCopy> copy;
+    const RowTooth* row = nullptr;
+    Box box;
+    dvec3 middle{0, 0, 0};
+    double radius = 0;  // m, of a ball that contains the tooth
+  };
+
   SurroundingsPlan plan;
   ToothField tooth;
-  std::vector<ToothCopy> copies;
   dvec3 across, middle;
-  double jaw_depth = kJawDepth, half_width = 0;
+  double half_width = 0;
+  Jaw jaw;
+  std::vector<Neighbour> neighbours;
 
   explicit Impl(const SurroundingsPlan& p)
       : plan(p),
         tooth(haptics::TissueVolume::load(p.volume), kReach),
         across(glm::cross(p.crown, p.arch)),
-        middle(0.5 * (tooth.low() + tooth.high())) {
-    for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
-    if (!plan.gum) return;
-    // Make the jaw deep enough for the roots.
-    for (int corner = 0; corner < 8; ++corner)
-      jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
-                                                            corner & 2 ? tooth.high().y : tooth.low().y,
-                                                            corner & 4 ? tooth.high().z : tooth.low().z}));
-    // Find half the width of the row of teeth at the gum; the jaw is slightly wider.
-    for (double v = 0; v < 12e-3; v += 0.1e-3)
+        middle(0.5 * (tooth.low() + tooth.high())),
+        half_width(measured_half_width()),
+        jaw(plan, middle, half_width, occlusal(), roots()) {
+    const auto add = [&](Neighbour n) {
+      n.middle = 0.5 * (n.box.lo + n.box.hi);
+      n.radius = 0.5 * glm::length(n.box.hi - n.box.lo);
+      neighbours.push_back(n);
+    };
+    for (const NeighbourTooth& n : plan.neighbours) {
+      const ToothCopy copy(n, plan);
+      add({copy, nullptr, Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) { return copy.from_tooth(q); })});
+    }
+    if (plan.row)
+      for (const RowTooth& t : plan.row->teeth)
+        add({{}, &t, Box::of(t.form.low(), t.form.high(), [&](const dvec3& q) {
+               return jaw.from_row(t.from_form(q));
+             })});
+  }
+
+  /// Half the width of the working tooth at the gum, across the arch.
+  double measured_half_width() const {
+    double half = 0;
+    for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
       for (const double side : {-1.0, 1.0}) {
         const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
-        if (tooth.distance(q) < 0) half_width = std::max(half_width, v);
+        if (tooth.distance(q) < 0) half = std::max(half, v);
       }
+    return half;
   }
-
-  Box box(const ToothCopy& copy) const {
-    Box b{dvec3(1e9), dvec3(-1e9)};
-    for (int corner = 0; corner < 8; ++corner)
-      grow(b.lo, b.hi,
-           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
-                            corner & 4 ? tooth.high().z : tooth.low().z}));
-    return b;
+  /// Height of the working tooth's highest point along the crown's axis.
+  double occlusal() const {
+    const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
+    return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  Box gum_box() const {
-    const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(across) * (half_width + 4e-3);
-    const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
-    Box b{edge - reach, edge + reach};
-    grow(b.lo, b.hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
-    grow(b.lo, b.hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
-    grow(b.lo, b.hi, edge + reach - plan.crown * (jaw_depth + 3e-3));
-    grow(b.lo, b.hi, edge - reach - plan.crown * (jaw_depth + 3e-3));
-    return b;
+  /// Depth of the working tooth's roots below the gum's edge.
+  double roots() const {
+    double depth = 0;
+    Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
+      depth = std::max(depth, below_plane(q));
+      return q;
+    });
+    return depth;
   }
-
   /// Depth of p below the plane of the gum's edge, along the crown's axis.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
-  double neighbour(const ToothCopy& copy, const dvec3& p) const {
-    const double d = copy.distance(tooth, p);
-    return plan.gum ? std::max(d, below_plane(p) - kRootShown) : d;
+
+  /// Box around the working tooth in which the gum and the dam are finer.
+  Box near_box() const {
+    const double side = plan.row ? kNear : half_width + 4e-3;
+    const double along = plan.row ? kNear : plan.length / 2 + 1e-3;
+    const dvec3 reach = glm::abs(plan.arch) * along + glm::abs(across) * side;
+    const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
+    Box b;
+    for (const double sign : {-1.0, 1.0}) {
+      b.grow(edge + sign * reach + plan.crown * (plan.papilla + 3e-3));
+      b.grow(edge + sign * reach - plan.crown * (jaw.depth() + 3e-3));
+    }
+    return b;
   }
+  /// Box around the whole arch: `side` beyond its curve, `up` over the occlusal plane.
+  Box arch_box(double side, double up) const {
+    Box b;
+    const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
+    for (const glm::dvec2& q : jaw.curve().points())
+      for (const double s : {-side, side}) {
+        b.grow(jaw.from_row({q.x + s, q.y + s, low}));
+        b.grow(jaw.from_row({q.x + s, q.y + s, jaw.occlusal() + up}));
+      }
+    return b;
+  }
+
+  /// Distance to the whole tooth, with its root.
+  double whole(const Neighbour& n, const dvec3& p) const {
+    return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
+  }
+  double below_edge(const dvec3& p) const { return plan.row ? jaw.place(p).depth : below_plane(p); }
+  double neighbour(const Neighbour& n, const dvec3& p) const {
+    const double d = whole(n, p);
+    const bool low = glm::dot(p - plan.margin, plan.crown) < kCrownFrom;
+    return plan.gum && low && d < 1e-3 ? std::max(d, below_edge(p) - kRootShown) : d;
+  }
+  Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
+    if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
+    // Show dentin instead of pulp at the cut end of the root: the end is hidden in the gum, but a section shows it from
+    // inside.
+    const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
+    return found == Tissue::kPulp ? Tissue::kDentin : found;
+  }
+  std::array<double, kTissueCount> fractions(const Neighbour& n, const dvec3& p) const {
+    if (n.copy) return tooth.fractions(n.copy->to_tooth(p));
+    std::array<double, kTissueCount> all{};
+    all[static_cast<std::size_t>(n.row->form.tissue(n.row->to_form(jaw.to_row(p))))] = 1;
+    return all;
+  }
+  bool far(const Neighbour& n) const { return n.row && glm::length(n.middle - middle) > kNear; }
+
   double gum(const dvec3& p) const {
     const double own = tooth.distance(p);
-    double teeth = own, raise = 0;
-    for (const ToothCopy& copy : copies) {
-      teeth = smooth_min(teeth, copy.distance(tooth, p), 1.8e-3);
-      // Between two teeth the gum rises towards their contact point and fills the gap below it.
-      const double away = glm::dot(p - copy.place.contact, plan.arch) / 2.0e-3;
-      raise = std::max(raise, plan.papilla * std::exp(-away * away));
-    }
-    const double deep = below_plane(p) + raise;  // depth below the gum's edge at this point
-    // The collar has zero thickness at its edge and becomes thicker on the root below.
-    const double swell = plan.thickness * 1.5;
-    const double thick = deep > 0 ? plan.thickness * (1 - std::exp(-deep / swell)) : deep / 1.5;
+    const Jaw::Place at = jaw.place(p);
+    double teeth = own;
+    for (const Neighbour& n : neighbours)
+      if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
+    // Between two teeth the gum rises towards their contact point and fills the gap below it.
+    const double deep = at.depth + jaw.papilla(at);  // depth below the gum's edge at this point
+    // The collar has a rounded edge, and becomes thicker on the root below.
+    const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
+    const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
+                                        (plan.thickness - edge) * (1 - std::exp(-deep / swell))
+                                  : deep / 1.5;
     const double collar = teeth - thick;
-    // The jaw below the collar: a bar along the arch with rounded edges, wider at the bottom.
-    const dvec3 r = p - middle;
-    const double depth = below_plane(p), down = std::max(depth, 0.0);
-    const double side = std::abs(glm::dot(r, across)) - (half_width + 0.6e-3 + 0.9e-3 * (1 - std::exp(-down / 3e-3)));
-    const double end = std::abs(glm::dot(r, plan.arch)) - plan.length / 2;
-    double jaw = smooth_max(side, 1.4e-3 - depth, 4e-3);
-    jaw = smooth_max(jaw, end, 4e-3);
-    jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
-    const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
+    const double body =
+        smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
     return std::max(body, -own - kGumInside);  // hollow at the working tooth: a bur in the tooth meets no gum
+  }
+  /// Distance to the sheet of the rubber dam; what is below the sheet belongs to it.
+  double dam(const dvec3& p) const {
+    const double own = tooth.distance(p);
+    double teeth = 1;
+    for (const Neighbour& n : neighbours)
+      if (glm::length(p - n.middle) < n.radius + 2 * kCollarFrom) teeth = std::min(teeth, whole(n, p));
+    return dam_sheet(jaw, jaw.place(p), teeth, own, plan.dam->gap);
   }
 };
 
@@ -165,14 +237,22 @@ SurroundingsShape::~SurroundingsShape() = default;
 SurroundingsShape::SurroundingsShape(SurroundingsShape&&) noexcept = default;
 SurroundingsShape& SurroundingsShape::operator=(SurroundingsShape&&) noexcept = default;
 bool SurroundingsShape::has_neighbours() const {
-  return !impl_->copies.empty();
+  return !impl_->neighbours.empty();
 }
 bool SurroundingsShape::has_gum() const {
   return impl_->plan.gum;
 }
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
-  for (const ToothCopy& copy : impl_->copies) nearest = std::min(nearest, impl_->neighbour(copy, p_W));
+  for (const Impl::Neighbour& n : impl_->neighbours) {
+    // A tooth that is farther away than the nearest one so far is not evaluated.
+    const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
+    if (least > kReach || least > nearest) {
+      nearest = std::min(nearest, least);
+      continue;
+    }
+    nearest = std::min(nearest, impl_->neighbour(n, p_W));
+  }
   return nearest;
 }
 double SurroundingsShape::gum(const dvec3& p_W) const {
@@ -180,6 +260,16 @@ double SurroundingsShape::gum(const dvec3& p_W) const {
 }
 double SurroundingsShape::tooth(const dvec3& p_W) const {
   return impl_->tooth.distance(p_W);
+}
+double SurroundingsShape::dam(const dvec3& p_W) const {
+  return impl_->plan.dam ? impl_->dam(p_W) : 1.0;
+}
+double SurroundingsShape::mouth(const dvec3& p_W) const {
+  const Impl& shape = *impl_;
+  if (shape.plan.mouth == Mouth::kNone) return 1.0;
+  const Jaw::Place at = shape.jaw.place(p_W);
+  const double rim = std::min({shape.jaw.cheek(at), shape.jaw.lip(at), shape.jaw.face(at)});
+  return shape.plan.mouth == Mouth::kPatient ? std::min(rim, shape.jaw.tongue(at)) : rim;
 }
 
 std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& normal, double offset,
@@ -196,26 +286,28 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   };
   // The surface of a neighbour ends shortly below the gum, where it is invisible; but the neighbour's face in a section
   // shows the root within the gum.
-  const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
-    const double whole = copy.distance(shape.tooth, p);
-    return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p)))
+  const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
+    const double whole = shape.whole(n, p);
+    return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
                                                 : whole;
   };
-  for (const ToothCopy& copy : shape.copies) {
-    const auto [lo, hi] = shape.box(copy);
+  for (const Impl::Neighbour& n : shape.neighbours) {
+    const auto [lo, hi] = n.box;
+    if (std::abs(glm::dot(normal, n.middle) - offset) > n.radius) continue;
     add(plane_face(
-        {normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
-        [&](const dvec3& p) { return shape.tooth.fractions(copy.to_tooth(p)); }));
+        {normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(n, p); },
+        [&](const dvec3& p) { return shape.fractions(n, p); }));
   }
   if (!shape.plan.gum) return face;
-  const auto [lo, hi] = shape.gum_box();
+  const auto [lo, hi] = shape.plan.row ? shape.arch_box(12e-3, 0) : shape.near_box();
   add(plane_face(
       {normal, offset, kFaceUnder}, lo, hi, kGumFace, origin,
       [&](const dvec3& p) {
         double d = shape.gum(p);
         if (d > kGumFace) return d;
         d = std::max(d, -shape.tooth.distance(p) - kFaceOverlap);
-        for (const ToothCopy& copy : shape.copies) d = std::max(d, -copy.distance(shape.tooth, p) - kFaceOverlap);
+        for (const Impl::Neighbour& n : shape.neighbours)
+          if (glm::length(p - n.middle) < n.radius) d = std::max(d, -shape.whole(n, p) - kFaceOverlap);
         return d;
       },
       [](const dvec3&) {
@@ -226,37 +318,112 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   return face;
 }
 
+namespace {
+
+/// Makes all vertices of one material; `beneath(p)`: fraction of the colour of `under` at p.
+template <class Beneath>
+void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
+  for (render::MeshUpdate& brick : bricks)
+    for (render::Vertex& v : brick.vertices) {
+      v.tissue = {matter, matter};
+      v.second = 0;
+      v.under = under;
+      v.shows = static_cast<float>(beneath(lo + dvec3(v.p)));
+    }
+}
+void paint(std::vector<render::MeshUpdate>& bricks, Tissue matter) {
+  paint(bricks, dvec3(0), matter, Tissue::kAir, [](const dvec3&) { return 0.0; });
+}
+
+}  // namespace
+
 Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const SurroundingsShape whole(plan);
   const SurroundingsShape::Impl& shape = *whole.impl_;
-  const ToothField& tooth = shape.tooth;
 
   Surroundings result;
   result.coarse_from = kCoarseFrom;
-  std::vector<SurroundingMesh>& meshes = result.meshes;
   render::MeshId id = render::kWorkingTooth + 1;
-  for (const ToothCopy& copy : shape.copies) {
-    const auto [lo, hi] = shape.box(copy);
-    auto [fine, coarse] = meshes_of_field<2>(
-        lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
-        [&](const dvec3& p) {
-          // Show dentin instead of pulp at the cut end of the root: the end is hidden in the gum, but a section shows
-          // it from inside.
-          const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
-          return found == Tissue::kPulp ? Tissue::kDentin : found;
-        });
-    shade_by_slope(coarse, lo, 0.5 * kToothVoxel, [&](const dvec3& p) { return shape.neighbour(copy, p); });
-    meshes.push_back({id++, lo, std::move(fine), std::move(coarse)});
+  const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
+  const auto add = [&](const dvec3& lo, std::array<std::vector<render::MeshUpdate>, 2>& meshes, double voxel,
+                       const auto& distance) {
+    shade_by_slope(meshes[1], lo, 0.5 * voxel, distance);
+    result.meshes.push_back({id++, lo, std::move(meshes[0]), std::move(meshes[1])});
+  };
+  const bool phantom = plan.mouth == Mouth::kPhantom;
+  for (const auto& n : shape.neighbours) {
+    if (plan.dam) break;  // the sheet hides them
+    const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
+    const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
+    auto meshes = meshes_of_field<2>(n.box.lo, n.box.hi, voxel, kToothTolerance, distance,
+                                     [&](const dvec3& p) { return shape.tissue_at_surface(n, p); });
+    for (auto& mesh : meshes)
+      if (phantom) paint(mesh, render::kPlastic);
+    add(n.box.lo, meshes, voxel, distance);
   }
   if (!plan.gum) return result;
-
-  const auto [lo, hi] = shape.gum_box();
-  auto [fine, coarse] = meshes_of_field<2>(
-      lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
-      [](const dvec3&) { return Tissue::kGingiva; });
-  shade_by_slope(coarse, lo, 0.5 * kGumVoxel, [&](const dvec3& p) { return shape.gum(p); });
-  meshes.push_back({id, lo, std::move(fine), std::move(coarse)});
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
+
+  // The gum or the dam: fine near the working tooth, coarse along the rest of the row.
+  const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
+  const auto soft = [&](const Box& box, double voxel, const auto& wanted) {
+    auto meshes = meshes_of_field<2>(box.lo, box.hi, voxel, kGumTolerance, distance, gum_label, wanted);
+    for (auto& mesh : meshes) {
+      if (plan.dam)
+        paint(mesh, render::kRubber);
+      else if (phantom)
+        paint(mesh, render::kAcrylic);
+      else
+        paint(mesh, box.lo, Tissue::kGingiva, render::kMucosa,
+              [&](const dvec3& p) { return plan.row ? shape.jaw.mucosa(shape.jaw.place(p)) : 0.0; });
+    }
+    add(box.lo, meshes, voxel, distance);
+  };
+  const Box near = [&] {
+    Box box = shape.near_box();
+    if (plan.dam) box.grow(box.hi + plan.crown * 8e-3);
+    return box;
+  }();
+  soft(near, plan.dam ? kDamVoxel : kGumVoxel, [](const dvec3&, const dvec3&) { return true; });
+  if (plan.row) {
+    const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
+    // The coarse bricks overlap the fine ones by up to one brick; the fine ones hide the difference.
+    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel,
+         [&](const dvec3& lo, const dvec3& hi) {
+           return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
+         });
+  }
+  if (plan.dam && plan.dam->clamp) {
+    const DamClamp clamp(shape.jaw, shape.jaw.to_row(shape.middle), glm::dot(plan.margin, plan.crown), shape.half_width);
+    const auto steel = [&](const dvec3& p) { return clamp.distance(shape.jaw.to_row(p)); };
+    const Box box = Box::of(clamp.low(), clamp.high(), [&](const dvec3& q) { return shape.jaw.from_row(q); });
+    auto meshes = meshes_of_field<2>(box.lo, box.hi, kClampVoxel, kGumTolerance, steel, gum_label);
+    for (auto& mesh : meshes) paint(mesh, Tissue::kAmalgam);
+    add(box.lo, meshes, kClampVoxel, steel);
+  }
+  if (plan.mouth == Mouth::kNone) return result;
+  const Box box = shape.arch_box(kMouthReach, 9e-3);
+  const auto body = [&](Tissue matter, double (Jaw::*field)(const Jaw::Place&) const, const auto& beneath) {
+    const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
+    auto meshes = meshes_of_field<2>(box.lo, box.hi, kMouthVoxel, kGumTolerance, at, gum_label);
+    for (auto& mesh : meshes) paint(mesh, box.lo, matter, Tissue::kPulp, beneath);
+    add(box.lo, meshes, kMouthVoxel, at);
+  };
+  const auto plain = [](const dvec3&) { return 0.0; };
+  // Deep in the mouth the mucosa is darker.
+  const auto deep = [&](const dvec3& p) {
+    const Jaw::Place at = shape.jaw.place(p);
+    return 0.75 * smooth_step(2e-3, 20e-3, shape.jaw.rim(at) - at.z);
+  };
+  if (phantom) {
+    body(render::kSkin, &Jaw::cheek, plain);
+    body(render::kRubber, &Jaw::lip, plain);
+  } else {
+    body(render::kMucosa, &Jaw::cheek, deep);
+    body(render::kMucosa, &Jaw::lip, plain);
+    if (!plan.dam) body(render::kTongue, &Jaw::tongue, deep);
+  }
+  body(render::kSkin, &Jaw::face, plain);
   return result;
 }
 
@@ -267,6 +434,10 @@ Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan) {
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan) {
   if (!plan) return std::nullopt;
   return SurroundingsShape(*plan);
+}
+
+std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan) {
+  return plan && plan->monitored ? surroundings_shape(plan) : std::nullopt;
 }
 
 }  // namespace typodont

@@ -29,6 +29,8 @@ class SurroundingsShape {
   double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbour
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
+  double dam(const dvec3& p_W) const;    // distance to the rubber dam with everything below its sheet
+  double mouth(const dvec3& p_W) const;  // distance to the tongue, the cheeks and the lips, or to the mask
 
   /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the
   /// tooth. Positions are relative to `origin`, m, W.
@@ -57,5 +59,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// The surroundings for a scene (Scene::surroundings); empty if it has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
+/// The same for damage and for hands that avoid the surroundings; empty also if the scene's are not monitored.
+std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

@@ -70,7 +70,7 @@ session::DamageMeasures DamageMeter::result() const {
 }
 
 std::optional<DamageMeter> damage_meter(const Scene& scene) {
-  auto shape = surroundings_shape(scene.surroundings);
+  auto shape = monitored_shape(scene.surroundings);
   if (!shape) return std::nullopt;
   return DamageMeter(std::move(*shape), haptics::tool_set(scene.servo));
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/render/drawn_matter.h"
+
 namespace typodont::render {
 
 namespace {
@@ -15,7 +17,7 @@ std::int16_t snorm16(float v) {
   return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f));
 }
 GpuVertex pack(const Vertex& v) {
-  static_assert(kTissueCount <= 16, "four bits name the tissue beneath");
+  static_assert(kMatterCount <= 16, "four bits name the tissue beneath");
   const long shows = std::lround(std::clamp(v.shows, 0.0f, 1.0f) * 15.0f);
   return {{v.p.x, v.p.y, v.p.z},
           {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
@@ -60,9 +62,10 @@ BrickKind kind_of(const MeshUpdate& u) {
   bool gum = true, enamel = true, sound = true;
   for (const Vertex& v : u.vertices)
     for (const Tissue t : v.tissue) {
-      gum = gum && t == Tissue::kGingiva;
+      const bool soft = t == Tissue::kGingiva || t >= kMucosa;
+      gum = gum && soft && v.tissue[0] == v.tissue[1];
       enamel = enamel && t == Tissue::kEnamel;
-      sound = sound && t != Tissue::kCaries && t != Tissue::kGingiva;
+      sound = sound && t != Tissue::kCaries && !soft;
     }
   return gum ? BrickKind::kGum : enamel ? BrickKind::kEnamel : sound ? BrickKind::kSound : BrickKind::kAny;
 }

@@ -23,7 +23,7 @@ dvec3 toward_window(const Lights& lights) {
   return glm::normalize(lights.window != dvec3(0) ? lights.window : glm::cross(up, key) + 0.55 * up);
 }
 
-shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kTissueCount>& looks,
+shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
                                 const ToolBody& tool, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds) {
   shared::FrameData data{};

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/surroundings/blend.h"
+#include "engine/app/surroundings/jaw.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kFree = 0.5e-3;        // m, gum's edge above the neck of a tooth in the row
+constexpr double kPapillaWidth = 1.5e-3;  // m
+constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;  // m along, where the tilt of the gum's edge ends
+constexpr double kRowDepth = 15.5e-3;     // m, thickness of a jaw with a row of teeth
+constexpr double kBlockDepth = 9e-3;      // m, least thickness of a jaw without one
+// The ridge: m. It is wider at its bottom, and ends in a fold, buccal and lingual.
+constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3, kSwellDepth = 4e-3;
+constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
+constexpr double kBack = 20e-3;  // m behind the working tooth, where the mouth ends
+constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;  // m, height of the attached gum; half width of its border
+// The tongue and the cheek: m from the curve of the teeth, and heights over the occlusal plane.
+constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
+constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
+constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
+
+}  // namespace
+
+Jaw::Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots)
+    : plan_(plan), across_(glm::cross(plan.crown, plan.arch)), occlusal_(occlusal) {
+  const dvec3 own = to_row(middle), edge = to_row(plan.margin);
+  if (plan.row) {
+    curve_ = ArchCurve(plan.row->curve);
+  } else {
+    const double half = std::max(plan.length / 2 - half_width, 1e-3);
+    curve_ = ArchCurve({{own.x - half, own.y}, {own.x + half, own.y}});
+  }
+  const auto at = curve_.place({own.x, own.y});
+  own_ = at.along;
+  beside_ = curve_.place({edge.x, edge.y}).beside;
+  const dvec3 n = {glm::dot(plan.margin_normal, plan.arch), glm::dot(plan.margin_normal, across_),
+                   glm::dot(plan.margin_normal, plan.crown)};
+  tilt_along_ = -n.x / n.z;
+  tilt_beside_ = -n.y / n.z;
+  knots_.push_back({own_, edge.z - tilt_along_ * (edge.x - own.x), half_width});
+  depth_ = plan.row ? kRowDepth : std::max(kBlockDepth, roots + 1.5e-3);
+  own_x_ = own.x;
+  back_ = own.x - kBack;
+  if (plan.row) {
+    for (const RowTooth& tooth : plan.row->teeth)
+      knots_.push_back({curve_.place({tooth.at.x, tooth.at.y}).along, tooth.at.z + kFree, 0.5 * tooth.form.neck.y});
+    std::sort(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return a.along < b.along; });
+    for (std::size_t i = 0; i + 1 < knots_.size(); ++i) contacts_.push_back(0.5 * (knots_[i].along + knots_[i + 1].along));
+  }
+  for (const NeighbourTooth& tooth : plan.neighbours) {
+    const dvec3 contact = to_row(tooth.contact);
+    contacts_.push_back(curve_.place({contact.x, contact.y}).along);
+  }
+}
+
+Jaw::Place Jaw::place(const dvec3& p_W) const {
+  const dvec3 p = to_row(p_W);
+  const auto at = curve_.place({p.x, p.y});
+  Knot here = knots_.front();
+  if (at.along >= knots_.back().along) {
+    here = knots_.back();
+  } else if (at.along > here.along) {
+    std::size_t i = 0;
+    while (knots_[i + 1].along < at.along) ++i;
+    const Knot &a = knots_[i], &b = knots_[i + 1];
+    const double t = smooth_step(0.25, 0.75, (at.along - a.along) / (b.along - a.along));
+    here = {at.along, a.edge + t * (b.edge - a.edge), a.half_width + t * (b.half_width - a.half_width)};
+  }
+  const double from_own = at.along - own_;
+  const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
+  const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
+  return {at.along, at.beside, here.edge + tilt - p.z, here.half_width, p.x, p.z};
+}
+
+double Jaw::papilla(const Place& p) const {
+  double raise = 0;
+  for (const double contact : contacts_) {
+    const double away = (p.along - contact) / kPapillaWidth;
+    if (std::abs(away) < 4) raise = std::max(raise, plan_.papilla * std::exp(-away * away));
+  }
+  return raise;
+}
+
+double Jaw::mucosa(const Place& p) const {
+  const double wave = 0.35e-3 * std::sin(p.along * 1100) + 0.25e-3 * std::sin(p.along * 2300 + 1);
+  const double below = smooth_step(kAttached - kLine, kAttached + kLine, p.depth + wave);
+  const double edge = 0.3 * (1 - smooth_step(0, 0.8e-3, p.depth + papilla(p)));
+  return std::max(below, edge);
+}
+
+double Jaw::ridge(const Place& p) const {
+  const double down = std::max(p.depth, 0.0);
+  const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
+  const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
+  // Between two teeth the ridge is a papilla.
+  const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
+  double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
+  if (plan_.row) {
+    d = smooth_min(d, (p.beside > 0 ? kBuccalFold : kLingualFold) - p.depth, kFoldRound);
+    d = smooth_max(d, std::abs(p.beside) - kJawEdge, 2e-3);
+  }
+  if (plan_.row) d = smooth_max(d, back_ - 3e-3 - p.x, 2e-3);
+  return smooth_max(d, p.depth - depth_, 2e-3);
+}
+
+double Jaw::tongue(const Place& p) const {
+  const double in = -p.beside - kTongueFrom;
+  const double top = occlusal_ - kTongueBelow + kTongueDome * (1 - std::exp(-std::max(in, 0.0) / 9e-3));
+  const double d = smooth_max(-in, p.z - top, kTongueRound);
+  return std::max({d, p.depth - depth_, back_ - 3e-3 - p.x});
+}
+
+double Jaw::rim(const Place& p) const {
+  // The cheek is high beside the molars; in front the lip is low.
+  const double front = smooth_step(14e-3, 30e-3, p.x - own_x_);
+  return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
+}
+
+double Jaw::cheek(const Place& p) const {
+  // Behind the last tooth the wall closes the mouth.
+  const double in = smooth_max(p.beside - kCheekFrom, back_ - p.x, 8e-3);
+  const double d = smooth_max(smooth_max(-in, p.z - rim(p), kCheekRound), p.beside - kLipFrom, 1e-3);
+  return std::max({d, p.depth - depth_, back_ - 6e-3 - p.x});
+}
+
+double Jaw::lip(const Place& p) const {
+  const double roll = std::hypot(p.beside - kLipFrom, p.z - rim(p) + kLipRadius - 0.4e-3) - kLipRadius;
+  return std::max(roll, back_ - 6e-3 - p.x);
+}
+
+double Jaw::face(const Place& p) const {
+  const double out = p.beside - kLipFrom;
+  const double top = rim(p) - 1.6e-3 - kFaceFall * out * out;
+  const double d = smooth_max(smooth_max(-out, p.z - top, 1e-3), p.beside - kFaceTo, 3e-3);
+  return std::max({d, top - kFaceThick - p.z, back_ - 6e-3 - p.x});
+}
+
+}  // namespace typodont

@@ -1,0 +1,60 @@
+// The jaw in the coordinates of its arch: along the row of teeth, beside it and below the gum's edge.
+#pragma once
+
+#include <vector>
+
+#include "engine/app/surroundings/plan.h"
+
+namespace typodont {
+
+class Jaw {
+ public:
+  /// A point in arch coordinates, m.
+  struct Place {
+    double along, beside;  // as in ArchCurve::Place
+    double depth;          // below the gum's edge, without papillae
+    double half_width;     // half the width of the row of teeth at the gum
+    double x, z;           // in the row's frame: mesial and occlusal
+  };
+  /// `middle`: middle of the working tooth, m, W; `half_width`: of the working tooth at the gum; `occlusal`: its highest
+  /// point along the crown's axis.
+  /// `roots`: depth of its roots below the gum's edge.
+  Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
+
+  Place place(const dvec3& p_W) const;
+  /// Additional height of the gum between two teeth.
+  double papilla(const Place& p) const;
+  /// Share of movable mucosa in the surface of the gum, 0..1: below the mucogingival line, and a little at the edge.
+  double mucosa(const Place& p) const;
+
+  /// Distances, m, negative inside. ridge: the jaw without the gum's collar; the others as their names say.
+  double ridge(const Place& p) const;
+  double tongue(const Place& p) const;
+  double cheek(const Place& p) const;
+  double lip(const Place& p) const;
+  double face(const Place& p) const;
+  double rim(const Place& p) const;  // height of the cheek's and the lip's rim, in the row's frame
+
+  dvec3 to_row(const dvec3& p_W) const {
+    return {glm::dot(p_W, plan_.arch), glm::dot(p_W, across_), glm::dot(p_W, plan_.crown)};
+  }
+  dvec3 from_row(const dvec3& p) const { return plan_.arch * p.x + across_ * p.y + plan_.crown * p.z; }
+  const ArchCurve& curve() const { return curve_; }
+  double occlusal() const { return occlusal_; }
+  double depth() const { return depth_; }  // thickness of the jaw below the gum's edge
+
+ private:
+  struct Knot {
+    double along, edge, half_width;  // edge: height of the gum's edge
+  };
+  const SurroundingsPlan& plan_;
+  dvec3 across_;
+  ArchCurve curve_;
+  std::vector<Knot> knots_;
+  std::vector<double> contacts_;  // along
+  double own_ = 0, beside_ = 0;   // the working tooth's place
+  double tilt_along_ = 0, tilt_beside_ = 0;
+  double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;
+};
+
+}  // namespace typodont

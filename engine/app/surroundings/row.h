@@ -1,0 +1,48 @@
+// A row of teeth around the working tooth: the teeth's forms and places, and the curve on which they stand.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "engine/app/surroundings/tooth_form.h"
+#include "engine/base/pose.h"
+
+namespace typodont {
+
+/// Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; the origin is W's. m.
+struct RowTooth {
+  ToothForm form;
+  dvec3 at{0, 0, 0};       // m, middle of the neck
+  glm::dmat3 R_FR{1};      // row → form; with a reflection for a tooth of the other side of the jaw
+
+  dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
+  dvec3 from_form(const dvec3& p) const { return at + glm::transpose(R_FR) * p; }
+  double distance(const dvec3& p_row) const { return form.distance(to_form(p_row)); }
+};
+
+/// The curve through the necks as a polyline, from one end of the row to the other.
+class ArchCurve {
+ public:
+  struct Place {
+    double along = 0;   // m, arc length from the first point
+    double beside = 0;  // m, distance from the curve; positive: buccal
+  };
+  ArchCurve() = default;
+  explicit ArchCurve(std::vector<glm::dvec2> points);
+  Place place(const glm::dvec2& p) const;
+  const std::vector<glm::dvec2>& points() const { return points_; }
+
+ private:
+  std::vector<glm::dvec2> points_;
+  std::vector<double> along_;
+};
+
+struct ToothRow {
+  std::vector<RowTooth> teeth;
+  std::vector<glm::dvec2> curve;  // m
+};
+
+/// Reads a row (assets/jaw/lower_row.json) and its forms. Throws Error.
+ToothRow load_tooth_row(const std::filesystem::path& file);
+
+}  // namespace typodont

@@ -1,0 +1,42 @@
+// Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs noise() and
+// bumped().
+const uint kGingiva = 7u, kMucosa = 10u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
+
+/// Fine blood vessels: thin bright lines of a noise, 0..1.
+float vessels(vec3 p) {
+  float a = abs(noise(p * 900.0) - 0.5), b = abs(noise(p * 2100.0 + 7.0) - 0.5);
+  return max(1.0 - a / 0.05, 0.0) * 0.7 + max(1.0 - b / 0.06, 0.0) * 0.3;
+}
+
+/// `p`: m, mesh; `mobile`: share of mucosa in gum, 0..1. Changes the colour, the normal of the surface and the normal of
+/// the wet film.
+void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
+  vec3 smooth_normal = n;
+  if (matter == kGingiva) {
+    // Attached gum is stippled like orange peel. Mucosa is smooth, and vessels are visible in it.
+    float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
+    color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
+    color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.6 * (1.0 - attached) * vessels(p));
+    n = bumped(smooth_normal, p, 0.42e-3, mix(0.04, 0.17, attached));
+    gloss_normal = bumped(bumped(smooth_normal, p, 0.9e-3, 0.08), p, 0.42e-3, 0.13 * attached);
+  } else if (matter == kMucosa) {
+    color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));
+    color *= mix(vec3(1.0), vec3(0.90, 0.66, 0.66), 0.5 * vessels(p * 0.7));
+    gloss_normal = bumped(smooth_normal, p, 1.6e-3, 0.12);
+  } else if (matter == kTongue) {
+    // Papillae: pale grains, with redder ones between them.
+    float grain = noise(p * 3300.0);
+    color *= mix(vec3(0.80, 0.66, 0.66), vec3(1.10, 1.08, 1.07), grain);
+    color *= mix(vec3(1.0), vec3(0.95, 0.62, 0.60), smoothstep(0.82, 0.92, noise(p * 1000.0)));
+    n = bumped(smooth_normal, p, 0.40e-3, 0.30);
+    gloss_normal = bumped(smooth_normal, p, 0.45e-3, 0.28);
+  } else if (matter == kSkin) {
+    color *= 0.96 + 0.08 * noise(p * 500.0);
+    n = bumped(smooth_normal, p, 0.5e-3, 0.06);
+    gloss_normal = n;
+  } else if (matter == kAcrylic) {
+    // Denture acrylic has fine red fibres.
+    color *= mix(vec3(1.0), vec3(0.86, 0.50, 0.52), 0.5 * max(1.0 - abs(noise(p * vec3(2600.0, 900.0, 2600.0)) - 0.5) / 0.035, 0.0));
+    gloss_normal = bumped(smooth_normal, p, 2.0e-3, 0.03);
+  }
+}
