@@ -15,6 +15,7 @@ struct Spindle {
   double free_speed = 0;    // rad/s at full pedal
   double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
   double run_up_time = 0;   // s, time constant: 63 % of a speed change are done after this time; 0: immediate
+  std::string handpiece;    // the motor's handpiece in pictures, as Tool::handpiece; empty: a turbine
 };
 
 /// Speed and cutting power under a load of `torque`, at pedal 0..1. The spindle stalls (0, 0) above the stall torque.

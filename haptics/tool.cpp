@@ -416,7 +416,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
-                   "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "implant", "source"});
+                   "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "implant",
+                   "handpiece", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });
@@ -424,6 +425,7 @@ Tool read_tool(const Json& json) {
   tool.shape = kind->shape;
   tool.name = json.string_or("name", shape);
   tool.iso_code = json.string_or("iso_6360", "");
+  tool.handpiece = json.string_or("handpiece", "");
   tool.diameter = json["diameter_mm"].number(0.05, 60) * kMillimetre;
   if (tool.shape == HeadShape::kSphere) {
     tool.length = json.number_or("length_mm", tool.diameter / kMillimetre) * kMillimetre;

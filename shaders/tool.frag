@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "lighting.glsl"
+#include "metal.glsl"
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;
@@ -10,16 +11,6 @@ layout(location = 2) in vec4 in_color;
 layout(location = 3) in vec3 in_look;
 layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
-
-// Reflection in polished metal: bright and dark bands, which look like metal.
-vec3 metal_room(vec3 r, float rough) {
-  float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
-  float soft = 0.10 + 0.6 * rough;
-  vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.55, 0.58, 0.62), smoothstep(-soft - 0.3, soft, up));
-  color += vec3(0.9, 0.93, 1.0) * smoothstep(0.30 - soft, 0.30 + 0.5 * soft, side) * smoothstep(0.95 + soft, 0.75, side);
-  color += vec3(0.5, 0.49, 0.47) * smoothstep(0.55 - soft, 0.60 + soft, -side) * 0.6;
-  return color + room(r, rough) * 0.6;
-}
 
 // Polished metal lit by the room. The tissue casts shadows on it. It casts no shadow on itself.
 void main() {

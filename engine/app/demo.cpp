@@ -94,6 +94,7 @@ void run_demo(const DemoOptions& options) {
 
   PictureStage::Options look;
   look.quality = render::kQualityLadder[kFilmQuality];
+  look.handpieces = scene.handpieces;
   PictureStage stage(rig, scene.servo, look);
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);

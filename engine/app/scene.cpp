@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "engine/app/assets.h"
+#include "engine/app/handpiece_file.h"
 #include "engine/app/implant/implant_scene.h"
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/paint_file.h"
@@ -152,7 +153,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
                    "cutting",      "passivity",   "boundary_walls", "force_filter",  "vibration", "score",
                    "sound",        "prepare",     "paint_file",     "model",         "task",      "surroundings",
                    "mouth_mirror", "suction",     "resume",         "force_limit_N", "tooth",     "torque_limit_Nmm",
-                   "tool_set",     "implant"});
+                   "tool_set",     "implant",     "handpieces"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -204,10 +205,15 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   } else {
     servo.tool = tool_of(json["tool"]);
   }
+  for (const haptics::Tool& tool : haptics::tool_set(servo))
+    if (!tool.handpiece.empty() && tool.handpiece != "none") (void)load_handpiece(tool.handpiece);
+  if (const auto handpieces = json.find("handpieces")) scene.handpieces = read_handpiece_view(*handpieces);
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
   if (const auto motor = json.find("spindle")) {
     scene.motor = motor->string();
     servo.spindle = load_spindle(scene.motor);
+    if (!servo.spindle.handpiece.empty() && servo.spindle.handpiece != "none")
+      (void)load_handpiece(servo.spindle.handpiece);
   }
   if (const auto speed = json.find("spindle_krpm")) servo.spindle.free_speed = speed->number(0, 1000) * kKrpm;
   if (const auto coupling = json.find("coupling")) {

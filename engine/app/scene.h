@@ -12,6 +12,7 @@
 #include "engine/app/surroundings/plan.h"
 #include "engine/app/tissue/drawn_as.h"
 #include "engine/base/json.h"
+#include "engine/contract/handpiece.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/debris/debris.h"
 #include "engine/session/implant.h"
@@ -41,6 +42,7 @@ struct Scene {
   bool vibration_band_set = false;  // true: the scene sets the vibration band; false: the hand's device sets it
   std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
   MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
+  HandpieceView handpieces;                      // how pictures show handpieces
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost

@@ -44,6 +44,7 @@ struct Renderer::Impl {
   SurfacePass surface;
   ToolPass tool;
   ToolBody tool_body;
+  HandpieceBody handpiece_body;
   MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
@@ -56,9 +57,7 @@ struct Renderer::Impl {
   // Data of the last frame. If the data of the new frame are equal, nothing moved.
   int last_views = 0;
   shared::FrameData last_data{};
-  Pose last_tool;
-  double last_opacity = 1;
-  bool last_tool_visible = false;
+  ToolState last_tool;
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
@@ -87,6 +86,7 @@ struct Renderer::Impl {
     destroy_passes();
     shadow.destroy(device);
     tool_body.destroy(device);
+    handpiece_body.destroy(device);
     mirror.destroy(device);
     hidden.destroy(device);
     mask.destroy(device);
@@ -152,9 +152,10 @@ struct Renderer::Impl {
   }
 
   bool same_as_last(const shared::FrameData& data, const Frame& frame) const {
-    const bool tool_same = frame.tool.visible == last_tool_visible &&
-                           (!frame.tool.visible || (!std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)) &&
-                                                    frame.tool.opacity == last_opacity));
+    const bool tool_same =
+        frame.tool.visible == last_tool.visible &&
+        (!frame.tool.visible || (same(frame.tool.X_WG, last_tool.X_WG) && same(frame.tool.X_GH, last_tool.X_GH) &&
+                                 frame.tool.opacity == last_tool.opacity && frame.tool.open == last_tool.open));
     if (frame.cloud && frame.cloud->changes()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
            tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) &&
@@ -191,9 +192,7 @@ struct Renderer::Impl {
     if (stats.drawn) {
       draw(commands, frame, data, slot, stats);
       last_data = data;
-      last_tool = frame.tool.X_WG;
-      last_opacity = frame.tool.opacity;
-      last_tool_visible = frame.tool.visible;
+      last_tool = frame.tool;
       last_mirror = frame.mirror;
       last_view = frame.view;
       const auto particle_bytes = std::as_bytes(frame.particles);
@@ -210,8 +209,8 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = timer.ms;
-    for (VkPipeline p : {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
-                         particles.cloud_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
+    for (VkPipeline p : {shadow.pipeline, tool.pipeline, tool.handpiece_pipeline, background.pipeline,
+                         particles.pipeline, particles.cloud_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
@@ -258,15 +257,22 @@ struct Renderer::Impl {
     const bool particles_changed = !same_particles(frame);
     for (std::size_t e = 0; e < views; ++e) {
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      const auto tool_at = [&](const Pose& X_WG) {
-        glm::dmat4 world_from_tool(glm::mat3_cast(X_WG.R));
-        world_from_tool[3] = glm::dvec4(X_WG.p, 1);
+      const auto matrix_of = [](const Pose& X) {
+        glm::dmat4 m(glm::mat3_cast(X.R));
+        m[3] = glm::dvec4(X.p, 1);
+        return m;
+      };
+      const auto tool_at = [&](const ToolState& state) {
+        const glm::dmat4 world_from_tool = matrix_of(state.X_WG);
         for (const ToolBody::Slice& s : tool_body.slices)
           tiles[e].mark(seen_in(clip_from_world * world_from_tool, {-s.radius, -s.radius, s.low},
                                 {s.radius, s.radius, s.high}, drawn));
+        const glm::dmat4 clip_from_handpiece = clip_from_world * matrix_of(state.X_WG * state.X_GH);
+        for (const BoxInWorld& box : handpiece_body.boxes)
+          tiles[e].mark(seen_in(clip_from_handpiece, glm::vec3(box.lo), glm::vec3(box.hi), drawn));
       };
-      if (frame.tool.visible) tool_at(frame.tool.X_WG);
-      if (last_tool_visible) tool_at(last_tool);
+      if (frame.tool.visible) tool_at(frame.tool);
+      if (last_tool.visible) tool_at(last_tool);
       if (particles_changed) {
         over_tiles[e].mark(particles_now[e]);
         over_tiles[e].mark(particle_tiles[e]);
@@ -311,7 +317,7 @@ struct Renderer::Impl {
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, false, seen);
-      if (mirrored.tool.visible) tool.record(context, commands, tool_body, mirrored.tool.X_WG, seen);
+      if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
@@ -322,6 +328,20 @@ struct Renderer::Impl {
     stats.commands += seen.commands;
     stats.mirror_bricks = seen.bricks_drawn;
     stats.mirror_triangles = seen.triangles;
+  }
+
+  /// Draws the tool and its handpiece.
+  void draw_tool(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
+    // Radius of the opening around the working point: the head and a margin in which the cut is seen.
+    constexpr double kSeenBeside = 2.2e-3;  // m
+    push_view(commands, context.layout, view, 1 - state.opacity);
+    tool.record(context, commands, tool_body, state.X_WG, stats);
+    if (handpiece_body.index_count) {
+      push_view(commands, context.layout, view, 1 - state.opacity,
+                state.open ? tool_body.head_radius + kSeenBeside : 0);
+      tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
+    }
+    push_view(commands, context.layout, view);
   }
 
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
@@ -412,11 +432,7 @@ struct Renderer::Impl {
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, false, stats);
-      if (frame.tool.visible) {
-        push_view(commands, context.layout, view, 1 - frame.tool.opacity);
-        tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
-        push_view(commands, context.layout, view);
-      }
+      if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
@@ -485,9 +501,10 @@ void Renderer::cover(MeshId mesh, const glm::dvec4& beyond) {
   ++impl_->bricks.order;
 }
 
-void Renderer::set_tool(const ToolMesh& tool) {
+void Renderer::set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece) {
   vkDeviceWaitIdle(impl_->device.device);
   impl_->tool_body.set(impl_->device, tool);
+  impl_->handpiece_body.set(impl_->device, handpiece);
   ++impl_->settings_version;
 }
 

@@ -17,6 +17,7 @@
 #include "engine/contract/tissue.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/resources.h"
+#include "engine/render/handpiece_mesh.h"
 #include "engine/render/particle_cloud.h"
 #include "engine/render/quality.h"
 #include "engine/render/tool_mesh.h"
@@ -81,6 +82,8 @@ struct ToolState {
   double angle = 0;    // rad, angle of the spindle about the tool's z
   double spindle = 0;  // rad/s, sets the motion blur of the flutes
   double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
+  Pose X_GH;           // the handpiece's pose on the tool; used only if the renderer has a handpiece
+  bool open = true;    // the handpiece is left out where it hides the working point from an eye
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -164,7 +167,8 @@ class Renderer {
   /// completely where dot(beyond, (p_W, 1)) < 0. View::kLook and kDifference do not draw them until they change. Zero:
   /// no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  void set_tool(const ToolMesh& tool);
+  /// `handpiece`: what holds the tool; an empty mesh: nothing.
+  void set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece = {});
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.

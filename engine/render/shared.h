@@ -42,7 +42,9 @@ struct FrameData {
 // push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  vec4 view;          // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out
+  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out; z: m, radius of the
+  // cone between an eye and the working point in which a handpiece is left out, at the working point
+  vec4 view;
 };
 
 #ifdef __cplusplus

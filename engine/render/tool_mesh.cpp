@@ -206,6 +206,10 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
                        [&](double mark) { return std::abs(z - mark) < kMark / 2; });
   });
 
+  if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank
+    add_lathe(mesh, {{head.back().x, z1}, {0, z1}}, kHeadAround, 0.24f);
+    return mesh;
+  }
   // Neck and shank: a smooth taper, then the friction-grip cylinder with a rounded end.
   std::vector<dvec2> shaft{{head.back().x, z1}};
   for (int i = 1; i <= 10; ++i) {

@@ -57,6 +57,7 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
   const auto stage_of = [&](const render::Quality& quality, const glm::ivec2& eye) {
     PictureStage::Options options;
     options.quality = quality;
+    options.handpieces = scene.handpieces;
     return std::make_unique<PictureStage>(closeup(eye), scene.servo, options);
   };
   const auto bricks_for = [&](const render::Quality& quality, const glm::ivec2& eye) {

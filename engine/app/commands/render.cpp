@@ -241,6 +241,7 @@ void run(const Options& options) {
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
   stage_options.hud = options.hud;
+  stage_options.handpieces = scene.handpieces;
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);

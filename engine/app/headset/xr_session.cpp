@@ -71,6 +71,7 @@ void end_hard_at_exit() {
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
+  HandpieceView handpieces;
   dvec3 origin;                             // m, W, origin of the tissue's voxels
   double voxel;                             // m, voxel size of the tissue
   std::optional<render::BoxInWorld> reach;  // bounds of the tissue
@@ -103,6 +104,7 @@ struct XrSession::Thread {
          const Options& o)
       : rig(r),
         servo(scene.servo),
+        handpieces(scene.handpieces),
         origin(tissue.frame().origin),
         voxel(tissue.frame().voxel),
         reach(tissue_reach(scene, tissue)),
@@ -125,7 +127,7 @@ struct XrSession::Thread {
   void run() {
     std::exception_ptr error;
     try {
-      XrStage stage(rig, servo, options.work_W, gate, {});
+      XrStage stage(rig, servo, options.work_W, gate, {.handpieces = handpieces});
       {
         const std::lock_guard lock(mutex);
         explanations = stage.hmd().explanations();

@@ -21,13 +21,15 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
                  display::RuntimeGate& gate, const Options& options)
     : hmd_(display::Hmd::open(rig, gate)),
       device_(make_device(*hmd_, options.validation)),
-      tools_(haptics::tool_set(servo).begin(), haptics::tool_set(servo).end()) {
+      tools_(haptics::tool_set(servo).begin(), haptics::tool_set(servo).end()),
+      spindle_(servo.spindle),
+      handpieces_(options.handpieces) {
   try {
     ring_ = gpu::FrameRing::create(device_);
     hmd_->begin(device_, work_W);
     renderer_.emplace(device_, hmd_->eye_pixels(), options.quality, servo.materials);
     renderer_->keep_depth(hmd_->wants_depth());
-    renderer_->set_tool(tool_mesh(tools_.front()));
+    show_tool();
   } catch (...) {
     hmd_->end();
     renderer_.reset();
@@ -44,6 +46,13 @@ XrStage::~XrStage() {
   renderer_.reset();
   ring_.destroy(device_);
   device_.destroy();
+}
+
+void XrStage::show_tool() {
+  const DrawnTool drawn = drawn_tool(tools_[shown_tool_], spindle_, handpieces_, shown_placed_);
+  X_GH_ = drawn.X_GH;
+  open_ = drawn.open;
+  renderer_->set_tool(drawn.tool, drawn.handpiece);
 }
 
 void XrStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
@@ -74,7 +83,8 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   // cannot fit both.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
   const ServoTick& tick = scenery.tick;
-  frame.tool = {true, tick.X_WG, angle, tick.spindle, scenery.tool_opacity};
+  frame.tool = {
+      .visible = true, .X_WG = tick.X_WG, .angle = angle, .spindle = tick.spindle, .opacity = scenery.tool_opacity};
   frame.particles = scenery.particles;
   frame.cloud = scenery.cloud;
   frame.mirror = scenery.mirror;
@@ -95,10 +105,12 @@ render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, const Scene
     shown_tool_ = scenery.tick.tool;
     shown_placed_ = placed;
     ring_.wait_idle(device_);
-    renderer_->set_tool(tool_mesh(tools_[shown_tool_], placed));
+    show_tool();
   }
   angle_ = std::fmod(angle_ + drawn_spin(tools_[shown_tool_], scenery.tick.spindle) * scenery.dt, 2 * kPi);
-  const render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());
+  render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());
+  frame.tool.X_GH = X_GH_;
+  frame.tool.open = open_;
   const VkCommandBuffer commands = ring_.begin(device_);
   const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
   std::array<display::Hmd::Depth, 2> depth;

@@ -18,6 +18,7 @@ class XrStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[2];
     bool validation = false;
+    HandpieceView handpieces;
   };
   /// Opens runtime, headset, device and session; `work_W`: m, middle of the work. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
@@ -52,11 +53,17 @@ class XrStage {
   int validation_messages() const { return device_.validation_messages(); }
 
  private:
+  void show_tool();
+
   std::unique_ptr<display::Hmd> hmd_;
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
   std::vector<haptics::Tool> tools_;
+  haptics::Spindle spindle_;
+  HandpieceView handpieces_;
+  Pose X_GH_;          // the handpiece on the tool
+  bool open_ = false;  // render::ToolState::open
   std::uint32_t shown_tool_ = 0;
   bool shown_placed_ = false;  // an implant is placed, so its head stays visible in the tissue
   double angle_ = 0;

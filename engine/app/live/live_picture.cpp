@@ -74,6 +74,7 @@ void LivePicture::make(gpu::Device* device) {
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;
   look.quality = ladder_.step();
+  look.handpieces = scene_.handpieces;
   stage_.emplace(*rig_, shown_, look);
   if (stage_->device().processor && ladder_.changes() == 0) {
     ladder_ = QualityLadder::for_processor();
@@ -227,6 +228,7 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
     look.cursor = options_.cursor;
     look.device = options_.device;
     look.quality = ladder_.step();
+    look.handpieces = scene_.handpieces;
     own_stage_.emplace(rig_of(own_from_, views_->middle(), own_size_), shown_, look);
     own_stage_->surround(around_);
     views_->attach(Eyes::kOwn, &*own_stage_);

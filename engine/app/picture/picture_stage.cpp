@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/app/handpiece_file.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"
@@ -15,6 +16,8 @@ namespace typodont {
 
 namespace {
 
+constexpr std::string_view kDiamond =
+    "80";                                 // ISO 6360: codes of galvanically bonded diamond, 801 to 807, begin with it
 constexpr double kDisplayInterval = 0.1;  // s between updates of the displayed numbers, so that they are readable
 
 /// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
@@ -99,16 +102,44 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
   work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
 }
 
-render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed) {
+DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
+                     bool placed) {
+  // m, length of the shank between the head and the handpiece if the tool's file does not state it
+  constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
+  constexpr double kHeld = 0.6e-3;  // m, length of the shank that is drawn inside the handpiece
   render::ToolShape shape = shape_of(tool);
   if (!tool.turns()) shape.flutes = 0;
+  if (tool.iso_code.starts_with(kDiamond) && shape.flutes > 0) {
+    shape.diamond = true;
+    shape.flutes = 0;
+  }
   if (tool.implant) add_implant_look(*tool.implant, tool, shape);
   if (placed) {
     const double r = shape.neck_radius;
     shape.flutes = 0, shape.thread_pitch = 0;
     shape.profile = {{0, tool.half()}, {r, tool.half()}, {r, tool.half() + 0.2 * r}};
   }
-  return render::make_tool_mesh(shape);
+  DrawnTool drawn;
+  const std::string name = view.shown ? handpiece_name(tool, spindle) : "";
+  if (!name.empty()) {
+    const Handpiece handpiece = load_handpiece(name);
+    drawn.handpiece = render::make_handpiece_mesh(handpiece);
+    drawn.open = view.open && !handpiece.from_head;
+    double z = 0;
+    if (handpiece.from_head) {
+      shape.neck_length = shape.shank_length = 0;
+    } else {
+      const double top = shape.profile.back().y;
+      z = std::max(top, tool.half() + (tool.shank_length > 0 ? tool.shank_length
+                                       : tool.turns()        ? kTurningShank
+                                                             : kStillShank));
+      shape.neck_length = std::min(shape.neck_length, z - top);
+      shape.shank_length = z + kHeld - top - shape.neck_length;
+    }
+    drawn.X_GH = {{0, 0, z}, glm::angleAxis(view.roll, dvec3(0, 0, 1))};
+  }
+  drawn.tool = render::make_tool_mesh(shape);
+  return drawn;
 }
 
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick) {
@@ -154,7 +185,10 @@ const haptics::Tool& PictureStage::tool() const {
 void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
   shown_tool_ = std::min<std::size_t>(tool_index, haptics::tool_set(servo_).size() - 1);
   shown_placed_ = placed;
-  renderer_->set_tool(tool_mesh(tool(), placed));
+  const DrawnTool drawn = drawn_tool(tool(), servo_.spindle, options_.handpieces, placed);
+  X_GH_ = drawn.X_GH;
+  open_ = drawn.open;
+  renderer_->set_tool(drawn.tool, drawn.handpiece);
 }
 
 render::ToolMesh PictureStage::drawn_tool() const {
@@ -314,7 +348,12 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   angle_ = std::fmod(angle_ + drawn_spin(tool(), tick.spindle) * dt, 2 * kPi);
   at_rest_ = looks_same(tick.X_WG, shown_at_);
   if (!at_rest_) shown_at_ = tick.X_WG;
-  frame.tool = {options_.tool, shown_at_, angle_, tick.spindle};
+  frame.tool = {.visible = options_.tool,
+                .X_WG = shown_at_,
+                .angle = angle_,
+                .spindle = tick.spindle,
+                .X_GH = X_GH_,
+                .open = open_};
   frame.view = view_;
   frame.section = section_;
   frame.particles = particles;

@@ -21,8 +21,18 @@
 
 namespace typodont {
 
-/// Mesh of a tool. `placed`: only the driver is drawn, because the tool's head stays in the tissue.
-render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed = false);
+/// A tool with the handpiece that holds it, as drawn.
+struct DrawnTool {
+  render::ToolMesh tool;
+  render::HandpieceMesh handpiece;  // empty: none
+  Pose X_GH;                        // the handpiece on the tool
+  bool open = false;                // render::ToolState::open
+};
+/// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose on
+/// the tool: its roll is the hand's. A hand that gives only the axis gives the shortest rotation from W's z to the axis
+/// (rotation_between), so the body keeps its side, and its direction changes steadily with the axis. Throws Error.
+DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
+                     bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
 /// rad/s about the tool's z, speed with which it is drawn: right-handed threads enter clockwise, as seen from the
@@ -56,6 +66,7 @@ class PictureStage {
     bool tool = true;
     bool cursor = false;  // draw a row of dots from the tool's end to the point where it would land, and a ring there
     double force_limit = 3;  // N, maximum of the force bar
+    HandpieceView handpieces;
   };
   /// Creates device, renderer and screen. Throws Error if the machine has no Vulkan device, or no desktop for a window.
   PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options);
@@ -178,7 +189,9 @@ class PictureStage {
   double pixel_ = 0;                         // m, size of a pixel of the last frame on the tooth
   std::vector<render::Particle> with_dots_;  // the debris particles and the cursor's dots
   double angle_ = 0;
-  Pose shown_at_;  // the tool's pose in the last frame
+  bool open_ = false;  // render::ToolState::open
+  Pose X_GH_;          // the handpiece on the tool
+  Pose shown_at_;      // the tool's pose in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
   bool shown_placed_ = false;   // the head of the drawn tool stays in the tissue

@@ -169,6 +169,7 @@ class Playback {
     rig = magnified_for(rig, sides_[0]->player().tissue());
     PictureStage::Options look;
     look.quality = render::kQualityLadder[1];
+    look.handpieces = sides_[0]->player().scene().handpieces;
     look.window = options.film.empty();
     look.monitor = options.monitor;
     if (pair) {

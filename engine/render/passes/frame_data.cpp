@@ -4,19 +4,9 @@
 #include <cmath>
 
 #include "engine/base/units.h"
+#include "engine/render/srgb.h"
 
 namespace typodont::render {
-
-namespace {
-
-/// Converts sRGB to linear light, IEC 61966-2-1.
-dvec3 linear_light(const dvec3& srgb) {
-  dvec3 out;
-  for (int i = 0; i < 3; ++i) out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
-  return out;
-}
-
-}  // namespace
 
 dvec3 toward_window(const Lights& lights) {
   const dvec3 key = glm::normalize(lights.key), up = glm::normalize(lights.up);

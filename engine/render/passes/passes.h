@@ -53,11 +53,26 @@ struct ToolBody {
   void destroy(gpu::Device& device);
 };
 
+/// A handpiece's mesh on the GPU.
+struct HandpieceBody {
+  gpu::Buffer vertices, indices;
+  std::uint32_t index_count = 0;  // 0: there is no handpiece
+  RoundCone head, body;           // shape that casts the shadow, H
+  std::vector<BoxInWorld> boxes;  // boxes that contain the triangles, in H
+  void set(gpu::Device& device, const HandpieceMesh& mesh);
+  void destroy(gpu::Device& device);
+};
+
 struct ToolPass {
-  VkPipeline pipeline = VK_NULL_HANDLE;
+  VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
               FrameStats& stats);
-  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
+  void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
+                        FrameStats& stats);
+  void destroy(gpu::Device& device) {
+    destroy_pipeline(device, pipeline);
+    destroy_pipeline(device, handpiece_pipeline);
+  }
 };
 
 /// Draws the mouth mirror. Its glass shows a picture of the reflected scene, which the other passes drew before.

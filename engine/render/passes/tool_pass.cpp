@@ -2,6 +2,8 @@
 #include <cstring>
 
 #include "engine/render/passes/passes.h"
+#include "shaders/handpiece_frag.h"
+#include "shaders/handpiece_vert.h"
 #include "shaders/tool_frag.h"
 #include "shaders/tool_vert.h"
 
@@ -65,6 +67,76 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, X_WB);
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &body.vertices.buffer, &zero);
+  vkCmdBindIndexBuffer(commands, body.indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, body.index_count, 1, 0, 0, 0);
+  ++stats.commands;
+}
+
+void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& mesh) {
+  destroy(device);
+  index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  head = mesh.head;
+  body = mesh.body;
+  boxes.clear();
+  if (!index_count) return;
+  vertices =
+      gpu::Buffer::create(device, mesh.vertices.size() * sizeof(HandpieceVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  indices = gpu::Buffer::create(device, mesh.indices.size() * sizeof(std::uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(HandpieceVertex));
+  std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
+  // Boxes of slices along z and of slices along x: the body is long, and one box of it would cover the whole picture.
+  constexpr int kSlices = 12;
+  glm::vec3 lo(1e9f), hi(-1e9f);
+  for (const HandpieceVertex& v : mesh.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
+  const int axis = hi.x - lo.x > hi.z - lo.z ? 0 : 2;
+  std::array<BoxInWorld, kSlices> slices;
+  slices.fill({dvec3(1e9), dvec3(-1e9)});
+  const float step = std::max((hi[axis] - lo[axis]) / kSlices, 1e-9f);
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    glm::vec3 least(1e9f), most(-1e9f);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3& p = mesh.vertices[mesh.indices[i + k]].p;
+      least = glm::min(least, p), most = glm::max(most, p);
+    }
+    const int first = std::clamp(static_cast<int>((least[axis] - lo[axis]) / step), 0, kSlices - 1);
+    const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
+    for (int s = first; s <= last; ++s) {
+      BoxInWorld& box = slices[static_cast<std::size_t>(s)];
+      // The slice contains only its part of a long triangle.
+      glm::dvec3 a(least), b(most);
+      a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
+      b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));
+      box.lo = glm::min(box.lo, a), box.hi = glm::max(box.hi, b);
+    }
+  }
+  for (const BoxInWorld& box : slices)
+    if (box.lo.x <= box.hi.x) boxes.push_back(box);
+}
+
+void HandpieceBody::destroy(gpu::Device& device) {
+  vertices.destroy(device);
+  indices.destroy(device);
+}
+
+void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body,
+                                const Pose& X_WH, FrameStats& stats) {
+  if (!body.index_count) return;
+  if (!handpiece_pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_handpiece_vert, kSpirv_handpiece_frag);
+    o.bindings = {{0, sizeof(HandpieceVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, p)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, n)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, middle)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, around)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
+                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
+    handpiece_pipeline = gpu::create_pipeline(context.device, o);
+  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
+  push(commands, context.layout, X_WH);
   const VkDeviceSize zero = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, &body.vertices.buffer, &zero);
   vkCmdBindIndexBuffer(commands, body.indices.buffer, 0, VK_INDEX_TYPE_UINT32);

@@ -1,0 +1,40 @@
+#version 460
+#extension GL_EXT_multiview : require
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
+layout(location = 0) in vec3 in_position;
+layout(location = 1) in vec3 in_normal;
+layout(location = 2) in vec3 in_middle;  // point on the part's path
+layout(location = 3) in vec3 in_around;  // unit, around the part
+layout(location = 4) in vec3 in_color;
+layout(location = 5) in vec4 in_look;  // roughness, brushed, metal, glow
+layout(location = 6) in vec3 in_grip;  // m along the path, m around the part; z: depth of the knurl
+
+layout(location = 0) out vec3 out_position;
+layout(location = 1) out vec3 out_normal;
+layout(location = 2) out vec3 out_around;
+layout(location = 3) out vec3 out_color;
+layout(location = 4) out vec4 out_look;
+layout(location = 5) out vec3 out_grip;
+
+vec3 in_world(vec4 p) {
+  return vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
+}
+
+void main() {
+  // No part is drawn thinner than 1.5 pixels, as in tool.vert.
+  mat4 clip = frame.clip_from_world[VIEW];
+  vec3 middle = in_world(vec4(in_middle, 1.0)), offset = in_world(vec4(in_position - in_middle, 0.0));
+  float least = 0.75 * frame.picture.x * (clip * vec4(middle, 1.0)).w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
+  float radius = length(offset);
+  if (radius > 0.0) offset *= max(least / radius, 1.0);
+  out_position = middle + offset;
+  gl_Position = clip * vec4(out_position, 1.0);
+  gl_ClipDistance[0] = dot(frame.clip, vec4(out_position, 1.0));
+  out_normal = in_world(vec4(in_normal, 0.0));
+  out_around = in_world(vec4(in_around, 0.0));
+  out_color = in_color;
+  out_look = in_look;
+  out_grip = in_grip;
+}

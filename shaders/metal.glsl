@@ -1,0 +1,25 @@
+// Polished and brushed metal lit by the room and the lamp. Include after lighting.glsl.
+
+// Reflection in polished metal: bright and dark bands, which look like metal.
+vec3 metal_room(vec3 r, float rough) {
+  float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
+  float soft = 0.10 + 0.6 * rough;
+  vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.55, 0.58, 0.62), smoothstep(-soft - 0.3, soft, up));
+  color += vec3(0.9, 0.93, 1.0) * smoothstep(0.30 - soft, 0.30 + 0.5 * soft, side) * smoothstep(0.95 + soft, 0.75, side);
+  color += vec3(0.5, 0.49, 0.47) * smoothstep(0.55 - soft, 0.60 + soft, -side) * 0.6;
+  return color + room(r, rough) * 0.6;
+}
+
+/// Metal with fine grooves along the unit vector `groove`. The grooves spread reflections across themselves, which makes
+/// the streak of brushed metal: the reflection of the room uses a normal that is bent towards the viewer (Revie 2011),
+/// the lamp an anisotropic GGX distribution (Burley 2012). `brushed`: 0: isotropic, 1: strongest.
+vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo) {
+  vec3 across = cross(n, groove), l = frame.key.xyz;
+  vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
+  vec3 color = albedo * metal_room(reflect(-v, bent), rough);
+  float a = max(rough * rough, 0.02), thin = a * (1.0 - 0.6 * brushed), wide = min(a * (1.0 + 4.0 * brushed), 1.0);
+  vec3 h = normalize(l + v);
+  float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 0.05);
+  float x = dot(groove, h) / thin, y = dot(across, h) / wide, z = dot(n, h), d = x * x + y * y + z * z;
+  return color + albedo * frame.key.w * nl * (0.10 + 0.25 / (kPi * thin * wide * d * d * max(max(nl, nv), 0.2)));
+}
