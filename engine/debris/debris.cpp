@@ -9,7 +9,10 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "engine/debris/film.h"
+#include "engine/debris/motion/contact.h"
 #include "engine/debris/motion/motion.h"
+#include "engine/debris/motion/random.h"
 
 namespace typodont::debris {
 namespace {
@@ -22,77 +25,6 @@ constexpr std::size_t kGroup = 32;          // number of particles that share on
 constexpr double kRestSpeed = 0.05;         // m/s, speed limit; a slower particle comes to rest
 constexpr double kDragError = 0.1;          // relative error of the drag rate above which the rate is recomputed
 constexpr double kStokesReynolds = 0.02;    // Reynolds number; below it Stokes drag is correct to 1 %
-
-// Random numbers that depend only on the seed and the cut's number (SplitMix64, Steele et al. 2014).
-class Stream {
- public:
-  Stream(std::uint64_t seed, std::uint64_t cut) : state_(seed * 0x9e3779b97f4a7c15u ^ cut * 0xd1342543de82ef95u) {}
-  double uniform() {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
-  }
-  double signed_unit() { return 2 * uniform() - 1; }
-  dvec3 in_ball() {
-    for (;;) {
-      const double x = signed_unit(), y = signed_unit(), z = signed_unit();
-      if (x * x + y * y + z * z <= 1) return {x, y, z};
-    }
-  }
-
- private:
-  std::uint64_t state_;
-};
-
-/// The distance field around a point, interpolated linearly in one cell of the field.
-class Contact {
- public:
-  Contact(const CoarseField& field, const glm::dvec3& p_W) {
-    if (!field.distance) return;
-    const glm::dvec3 q = (p_W - field.origin) * (1 / field.spacing);
-    const glm::dvec3 low = glm::floor(q);
-    const glm::ivec3 i(low);
-    if (!glm::all(glm::greaterThanEqual(low, glm::dvec3(0))) ||
-        !glm::all(glm::lessThan(low, glm::dvec3(field.size - 1)))) {
-      return;
-    }
-    f_ = q - low;
-    const std::size_t sy = static_cast<std::size_t>(field.size.z), sx = sy * static_cast<std::size_t>(field.size.y);
-    const float* d = field.distance + static_cast<std::size_t>(i.x) * sx + static_cast<std::size_t>(i.y) * sy +
-                     static_cast<std::size_t>(i.z);
-    d_ = {d[0], d[1], d[sy], d[sy + 1], d[sx], d[sx + 1], d[sx + sy], d[sx + sy + 1]};
-    for (std::size_t k = 0; k < 4; ++k) x_[k] = glm::mix(d_[k], d_[k + 4], f_.x);
-    inside = true;
-    distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
-  }
-  /// Gradient of the field, not normalised. Valid only if `inside` is true.
-  glm::dvec3 gradient() const {
-    return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
-            glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
-  }
-  bool inside = false;  // true if the point lies in the field's box
-  double distance = 0;  // m
-
- private:
-  glm::dvec3 f_{0};            // position within the cell, 0..1
-  std::array<double, 8> d_{};  // distances at the cell's corners
-  std::array<double, 4> x_{};  // distances interpolated along x
-};
-
-/// Velocity of the air at a point, m/s: the mean over one step.
-glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
-  const glm::dvec3 way = suction.p_W - p_W;
-  const double r = std::max(glm::length(way), 1e-6);
-  return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
-}
-
-/// True if the straight line from a to b passes c at a distance below `radius`.
-bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-  const glm::dvec3 way = b - a;
-  const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
-  return glm::length(c - a - on * way) < radius;
-}
 
 }  // namespace
 
@@ -118,7 +50,7 @@ struct Debris::State {
   float last_dt = 0;                // s, length of the last step; `keep` was computed for this length
   std::uint32_t step = kMostSteps;  // step counter; starts at kMostSteps, because set_due_within() subtracts a phase
   PerTissue born{};
-  double decayed = 0, sucked = 0, dropped = 0;
+  double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
   double gravity = 0;               // m/s²
   double density_by_viscosity = 0;  // s/m², density over viscosity of the air
   bool drawn = false;               // true if suction was on in the last step
@@ -151,21 +83,33 @@ struct Debris::State {
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
-  void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
-};
-
-// Full update of one particle: bounce, new drag rate, and the number of steps until the next full update.
-void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept {
-  const bool resting = rate[s] >= kStuck;
-  glm::dvec3 p = position(s), v = velocity(s);
-  const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
-  if (suction && (nozzle < suction->radius || passed_within(suction->radius, p - v * dt, p, suction->p_W))) {
-    sucked += left(s);
-    decayed += chips[s].mass0 - left(s);
+  // Removes a particle whose remaining mass went elsewhere; returns that mass.
+  double take_out(std::size_t s) {
+    const double mass = left(s);
+    decayed += chips[s].mass0 - mass;
     chips[s].mass0 = 0;
     vx[s] = vy[s] = vz[s] = 0;
     set_rate(s, kStuck);
     set_due(s, kNever);
+    return mass;
+  }
+  void stick(std::size_t s, const glm::dvec3& p, Film& film) {
+    Load load;
+    load.solids[static_cast<std::size_t>(chips[s].tissue)] = take_out(s);
+    deposited += total(load.solids);
+    film.deposit(p, load);
+  }
+  void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction, Film* film) noexcept;
+};
+
+// Full update of one particle: bounce, new drag rate, and the number of steps until the next full update.
+void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction,
+                                 Film* film) noexcept {
+  const bool resting = rate[s] >= kStuck;
+  glm::dvec3 p = position(s), v = velocity(s);
+  const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
+  if (suction && (nozzle < suction->radius || passed_within(suction->radius, p - v * dt, p, suction->p_W))) {
+    sucked += take_out(s);
     return;
   }
   const Contact contact(field, p);
@@ -180,6 +124,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     const double length = glm::length(gradient);
     const glm::dvec3 n = length > 1e-12 ? gradient / length : glm::dvec3(0, 0, 1);
     p += (radius - contact.distance) * n;
+    if (film && film->water_at(p) > 0) return stick(s, p, *film);
     const double approach = glm::dot(v, n);
     if (approach < 0) {
       const glm::dvec3 along = v - approach * n;
@@ -187,6 +132,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     }
     x[s] = static_cast<float>(p.x), y[s] = static_cast<float>(p.y), z[s] = static_cast<float>(p.z);
     if (glm::dot(v, v) < kRestSpeed * kRestSpeed) {
+      if (film) return stick(s, p, *film);
       vx[s] = vy[s] = vz[s] = 0;
       set_rate(s, kStuck);
       set_due_within(s, kRestSteps);
@@ -257,7 +203,7 @@ Debris& Debris::operator=(Debris&&) noexcept = default;
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept {
-  Stream random(options.seed, cut.index);
+  RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // The chips leave at the cutting side of the head. Without a contact normal, they leave all around the axis.
   const double normal_length = glm::length(cut.n_C_W);
@@ -322,7 +268,7 @@ void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& mater
   }
 }
 
-void Debris::step(double dt, const CoarseField& field, const Suction* suction) noexcept {
+void Debris::step(double dt, const CoarseField& field, const Suction* suction, Film* film) noexcept {
   State& s = *state_;
   s.time += dt;
   if (s.count == 0) return;
@@ -369,7 +315,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
     first_due = kNever;
     for (std::size_t i = at; i < std::min(at + kGroup, s.options.capacity); ++i) {
       if (s.due[i] <= s.step)
-        s.update_fully(i, dt, field, suction);
+        s.update_fully(i, dt, field, suction, film);
       else
         first_due = std::min(first_due, s.due[i]);
     }
@@ -390,6 +336,7 @@ DebrisLedger Debris::ledger() const noexcept {
   out.decayed = s.decayed;
   out.sucked = s.sucked;
   out.dropped = s.dropped;
+  out.deposited = s.deposited;
   for (std::size_t i = 0; i < s.count; ++i) {
     const std::size_t at = s.slot(i);
     const double left = s.left(at);

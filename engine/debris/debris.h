@@ -52,14 +52,28 @@ struct DebrisOptions {
   double scatter = 0.25;              // standard deviation of the launch velocity divided by the rim speed
 };
 
-/// Balance of mass in kg: born = alive + decayed + sucked + dropped.
+/// Balance of mass in kg: born = alive + decayed + sucked + dropped + deposited.
 struct DebrisLedger {
   PerTissue born{};
   double alive = 0;
   double decayed = 0;
   double sucked = 0;
-  double dropped = 0;  // mass that was lost because the buffer was full
+  double dropped = 0;    // mass that was lost because the buffer was full
+  double deposited = 0;  // mass that became part of the film on the surface
 };
+
+/// Water and solids together, kg.
+struct Load {
+  double water = 0;
+  PerTissue solids{};
+};
+/// Adds the fraction `share` of a load.
+inline void add(Load& to, const Load& load, double share = 1) noexcept {
+  to.water += share * load.water;
+  for (std::size_t t = 0; t < kTissueCount; ++t) to.solids[t] += share * load.solids[t];
+}
+
+class Film;
 
 /// A particle at the moment the bur throws it.
 struct NewParticle {
@@ -79,10 +93,11 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
 
 /// A particle as the renderer draws it.
 struct DebrisPoint {
-  glm::vec3 p_W{0};    // m
-  float diameter = 0;  // m, diameter of a ball with the remaining mass
-  Tissue tissue = Tissue::kAir;
-  float chip = 0;  // m, diameter of one chip; the finest chips are drawn as mist
+  glm::vec3 p_W{0};              // m
+  float diameter = 0;            // m, diameter of a ball with the remaining mass
+  Tissue tissue = Tissue::kAir;  // kAir: water
+  float chip = 0;                // m, diameter of one chip; the finest chips are drawn as mist
+  glm::vec3 streak_W{0};         // m, the way that a droplet is seen to fly; it ends at p_W
 };
 
 class Debris {
@@ -94,8 +109,9 @@ class Debris {
 
   /// Creates the particles of one cut: their mass is density × removed volume for each tissue. `head_radius` in m.
   void emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept;
-  /// Advances by dt seconds. `suction` is nullptr if suction is off.
-  void step(double dt, const CoarseField& field, const Suction* suction = nullptr) noexcept;
+  /// Advances by dt seconds. `suction` is nullptr if suction is off. With a film, chips that touch a wet surface or
+  /// come to rest become part of it; without one they bounce and lie as particles.
+  void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;
 
   std::size_t alive() const noexcept;
   double time() const noexcept;  // s, sum of all steps so far

@@ -1,0 +1,512 @@
+#include "engine/debris/film.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/units.h"
+
+namespace typodont::debris {
+namespace {
+
+constexpr int kMostNeighbours = 16;   // a cell of a smooth surface has eight
+constexpr float kStableShare = 0.4f;  // fraction of a cell's content that may leave it in one substep
+constexpr double kDryMass = 1e-16;    // kg; a cell with less water is dry
+
+Load scaled(const Load& load, double share) {
+  Load out;
+  add(out, load, share);
+  return out;
+}
+
+}  // namespace
+
+struct Film::State {
+  struct Cell {
+    glm::ivec3 sample;
+    glm::vec3 p, n;    // m, point of the surface; unit normal
+    float area = 0;    // m²
+    float height = 0;  // m, of the point along `up`
+    float tilt = 0;    // cosine between normal and `up`
+    bool drains = false;
+    std::uint8_t count = 0;
+    std::array<std::int32_t, kMostNeighbours> next{};  // slots of the neighbours
+    std::array<float, kMostNeighbours> width{};        // width of the link to each neighbour, divided by its length
+  };
+  FilmOptions options;
+  CoarseField field;
+  PerTissue volume_of_kg{};           // m³/kg
+  std::vector<std::int32_t> slot_at;  // slot of each sample's cell; -1: none
+  std::vector<Cell> cells;
+  std::vector<Load> load, gain;
+  std::vector<float> level;    // m, free surface of each cell along `up`
+  std::vector<float> flux;     // m³/s, to each neighbour of a loaded cell
+  std::vector<float> content;  // m³, of each cell
+  std::vector<float> rate;     // 1/s, fastest relative change of each loaded cell
+  std::vector<std::int32_t> free_slots;
+  std::vector<std::int32_t> loaded;  // slots of the cells with a load
+  std::vector<std::uint8_t> is_loaded, is_changed;
+  std::vector<std::uint8_t> has_solids;  // 0: the cell contains water only, which is moved faster
+  std::vector<glm::ivec3> changed;
+  bool wet = false;  // a cell has water
+  std::uint64_t stepped = 0;
+  FilmLedger ledger;
+
+  std::size_t index(const glm::ivec3& s) const {
+    return (static_cast<std::size_t>(s.x) * static_cast<std::size_t>(field.size.y) + static_cast<std::size_t>(s.y)) *
+               static_cast<std::size_t>(field.size.z) +
+           static_cast<std::size_t>(s.z);
+  }
+  bool inner(const glm::ivec3& s) const {
+    return glm::all(glm::greaterThan(s, glm::ivec3(0))) && glm::all(glm::lessThan(s, field.size - 1));
+  }
+  std::int32_t slot(const glm::ivec3& s) const { return inner(s) ? slot_at[index(s)] : -1; }
+
+  void mark(std::int32_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (std::exchange(is_changed[at], std::uint8_t{1}) == 0) changed.push_back(cells[at].sample);
+  }
+  void put(std::int32_t i, const Load& more) {
+    const auto at = static_cast<std::size_t>(i);
+    if (cells[at].drains) return add(ledger.run_off, more);
+    add(load[at], more);
+    if (total(more.solids) > 0) has_solids[at] = 1;
+    if (more.water > 0) wet = true;
+    if (std::exchange(is_loaded[at], std::uint8_t{1}) == 0) loaded.push_back(i);
+    mark(i);
+  }
+  double solid_volume(const Load& of) const {
+    double volume = 0;
+    for (std::size_t t = 0; t < kTissueCount; ++t) volume += of.solids[t] * volume_of_kg[t];
+    return volume;
+  }
+  std::int32_t nearest(const glm::dvec3& p) const {
+    const glm::dvec3 q = (p - field.origin) / field.spacing;
+    if (!glm::all(glm::lessThan(glm::abs(q), glm::dvec3(1e6)))) return -1;
+    const glm::ivec3 middle(glm::round(q));
+    for (int reach = 1; reach <= 2; ++reach) {
+      std::int32_t best = -1;
+      double least = 1e9;
+      glm::ivec3 d;
+      for (d.x = -reach; d.x <= reach; ++d.x)
+        for (d.y = -reach; d.y <= reach; ++d.y)
+          for (d.z = -reach; d.z <= reach; ++d.z) {
+            const std::int32_t i = slot(middle + d);
+            if (i < 0) continue;
+            const double far = glm::length(glm::dvec3(cells[static_cast<std::size_t>(i)].p) - p);
+            if (far < least) least = far, best = i;
+          }
+      if (best >= 0) return best;
+    }
+    return -1;
+  }
+  std::optional<Cell> made_at(const glm::ivec3& s) const;
+  void link(std::int32_t i);
+  void rebuild(glm::ivec3 lo, glm::ivec3 hi);
+  void remove_by_suction(double dt, const Suction& suction);
+  void flow(double dt);
+  void lose(double dt);
+  void drop_empty();
+};
+
+/// The cell of a sample if the surface passes through it. A plane has one cell for each column of samples along the
+/// axis that is nearest to its normal, so the areas of the cells add up to the area of the plane.
+std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const {
+  const double d = field.distance[index(s)], h = field.spacing;
+  if (std::abs(d) > 0.5 * h) return std::nullopt;
+  glm::dvec3 g;
+  for (int a = 0; a < 3; ++a) {
+    glm::ivec3 before = s, after = s;
+    --before[a], ++after[a];
+    g[a] = static_cast<double>(field.distance[index(after)]) - field.distance[index(before)];
+  }
+  const double length = glm::length(g);
+  if (!(length > 0.2 * h)) return std::nullopt;
+  const glm::dvec3 n = g / length;
+  const double most = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+  if (!(d > -0.5 * h * most && d <= 0.5 * h * most)) return std::nullopt;
+  Cell cell;
+  cell.sample = s;
+  const glm::dvec3 p = field.origin + h * glm::dvec3(s) - d * n;
+  cell.p = glm::vec3(p);
+  cell.n = glm::vec3(n);
+  cell.area = static_cast<float>(h * h / most);
+  cell.height = static_cast<float>(glm::dot(p, options.up));
+  cell.tilt = static_cast<float>(glm::dot(n, options.up));
+  cell.drains = glm::dot(options.drain, glm::dvec4(p, 1)) < 0;
+  return cell;
+}
+
+/// Finds the neighbours of a cell, and the widths of its links. With link k along d_k in the tangent plane and the
+/// ratio c_k of its width to its length, Σ c_k d_k d_kᵀ = 2 · area · 1 makes the flow on a plane independent of its
+/// direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean and the symmetric matrix S solves this
+/// equation.
+void Film::State::link(std::int32_t i) {
+  Cell& cell = cells[static_cast<std::size_t>(i)];
+  cell.count = 0;
+  const glm::dvec3 n(cell.n);
+  const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
+                   f = glm::cross(n, e);
+  std::array<glm::dvec3, kMostNeighbours> products;  // x², xy, y² of d_k in spacings
+  double squares = 0;
+  glm::ivec3 d;
+  for (d.x = -1; d.x <= 1; ++d.x)
+    for (d.y = -1; d.y <= 1; ++d.y)
+      for (d.z = -1; d.z <= 1; ++d.z) {
+        const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
+        if (j < 0 || cell.count == kMostNeighbours) continue;
+        const Cell& other = cells[static_cast<std::size_t>(j)];
+        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // the other side of a thin wall
+        const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
+        const double x = glm::dot(way, e), y = glm::dot(way, f);
+        products[cell.count] = {x * x, x * y, y * y};
+        squares += x * x + y * y;
+        cell.next[cell.count++] = j;
+      }
+  if (!(squares > 0)) {
+    cell.count = 0;
+    return;
+  }
+  const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
+  glm::dmat3 system(0.0);
+  glm::dvec3 wanted(2 * area / mean, 0, 2 * area / mean);
+  for (int k = 0; k < cell.count; ++k) {
+    const glm::dvec3& q = products[static_cast<std::size_t>(k)];
+    system += glm::outerProduct(q, glm::dvec3(q.x, 2 * q.y, q.z));
+    wanted -= q;
+  }
+  const bool solvable = std::abs(glm::determinant(system)) > 1e-3;
+  const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
+  for (int k = 0; k < cell.count; ++k) {
+    const glm::dvec3& q = products[static_cast<std::size_t>(k)];
+    // A link never pumps uphill, and none carries much more than its neighbours.
+    cell.width[static_cast<std::size_t>(k)] =
+        static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
+  }
+}
+
+void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
+  // The gradient reads one sample beyond; a cell's neighbours lie one sample beyond that.
+  const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
+  std::vector<std::pair<glm::dvec3, Load>> homeless;  // load of the cells that vanished
+  glm::ivec3 s;
+  for (s.x = first.x; s.x <= last.x; ++s.x)
+    for (s.y = first.y; s.y <= last.y; ++s.y)
+      for (s.z = first.z; s.z <= last.z; ++s.z) {
+        std::int32_t& at = slot_at[index(s)];
+        const std::optional<Cell> made = made_at(s);
+        if (made) {
+          if (at < 0) {
+            if (free_slots.empty()) {
+              at = static_cast<std::int32_t>(cells.size());
+              cells.emplace_back(), load.emplace_back(), gain.emplace_back();
+              is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
+              level.push_back(0), content.push_back(0), rate.push_back(0);
+              flux.resize(flux.size() + kMostNeighbours);
+            } else {
+              at = free_slots.back();
+              free_slots.pop_back();
+            }
+          }
+          cells[static_cast<std::size_t>(at)] = *made;
+          level[static_cast<std::size_t>(at)] = made->height;
+          mark(at);
+        } else if (at >= 0) {
+          const auto i = static_cast<std::size_t>(at);
+          if (is_loaded[i]) {
+            homeless.emplace_back(glm::dvec3(cells[i].p), load[i]);
+            load[i] = {};
+            std::erase(loaded, at);
+            is_loaded[i] = has_solids[i] = 0;
+          }
+          mark(at);
+          is_changed[i] = 0;  // the slot may get another sample before the change is read
+          free_slots.push_back(at);
+          at = -1;
+        }
+      }
+  const glm::ivec3 low = glm::max(first - 1, glm::ivec3(1)), high = glm::min(last + 1, field.size - 2);
+  for (s.x = low.x; s.x <= high.x; ++s.x)
+    for (s.y = low.y; s.y <= high.y; ++s.y)
+      for (s.z = low.z; s.z <= high.z; ++s.z)
+        if (const std::int32_t at = slot(s); at >= 0) link(at);
+  for (const auto& [p, content_of] : homeless) {
+    const std::int32_t to = nearest(p);
+    if (to < 0)
+      add(ledger.run_off, content_of);
+    else
+      put(to, content_of);
+  }
+}
+
+void Film::State::remove_by_suction(double dt, const Suction& suction) {
+  const double strength = suction.flow / (4 * kPi * options.suction_speed);
+  for (const std::int32_t i : loaded) {
+    const auto at = static_cast<std::size_t>(i);
+    const double r = std::max(glm::length(glm::dvec3(cells[at].p) - suction.p_W), suction.radius);
+    const double speeds = strength / (r * r), share = -std::expm1(-options.suction_rate * speeds * speeds * dt);
+    if (share < 1e-6) continue;
+    add(ledger.sucked, load[at], share);
+    load[at] = scaled(load[at], 1 - share);
+    mark(i);
+  }
+}
+
+void Film::State::flow(double dt) {
+  const double least = dt / options.most_substeps, per_kg = 1 / options.water_density;
+  for (double left = dt; left > 0;) {
+    // Rates of flow to the neighbours, from the present levels.
+    float fastest = 0;
+    for (const std::int32_t i : loaded) {
+      const auto at = static_cast<std::size_t>(i);
+      const Cell& cell = cells[at];
+      content[at] = static_cast<float>(load[at].water * per_kg + (has_solids[at] ? solid_volume(load[at]) : 0));
+      level[at] = cell.height + content[at] / cell.area * std::max(cell.tilt, 0.0f);
+    }
+    for (const std::int32_t i : loaded) {
+      const auto at = static_cast<std::size_t>(i);
+      const Cell& cell = cells[at];
+      float* out = &flux[at * kMostNeighbours];
+      std::fill_n(out, kMostNeighbours, 0.0f);
+      rate[at] = 0;
+      const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
+      const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
+      if (!(thick > 0) || fraction >= options.most_solids) continue;
+      // Krieger & Dougherty 1959, with the intrinsic viscosity 2.5 of spheres.
+      const double viscosity =
+          options.water_viscosity *
+          (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
+      const auto mobility =
+          static_cast<float>(options.water_density * options.gravity / (3 * viscosity)) * thick * thick * thick;
+      float sum = 0, levelling = 0;
+      for (int k = 0; k < cell.count; ++k) {
+        const auto to = static_cast<std::size_t>(cell.next[static_cast<std::size_t>(k)]);
+        const float fall = level[at] - level[to];
+        if (fall <= 0) continue;
+        out[k] = mobility * cell.width[static_cast<std::size_t>(k)] * fall;
+        sum += out[k];
+        levelling +=
+            out[k] * (std::max(cell.tilt, 0.0f) / cell.area + std::max(cells[to].tilt, 0.0f) / cells[to].area) / fall;
+      }
+      rate[at] = std::max(sum / (thick * cell.area), levelling);
+      fastest = std::max(fastest, rate[at]);
+    }
+    if (fastest <= 0) return;
+    const double part = std::min(left, std::max(least, static_cast<double>(kStableShare / fastest)));
+    left = left - part < 1e-3 * least ? 0 : left - part;
+    stepped += loaded.size();
+    const std::size_t count = loaded.size();
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::int32_t i = loaded[n];
+      const auto at = static_cast<std::size_t>(i);
+      if (rate[at] <= 0) continue;
+      // Where the shortest substep is too long, the cell's flow is slowed so that it stays stable.
+      const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
+      double kept = 1;
+      for (int k = 0; k < cells[at].count; ++k) {
+        const double share = slowed * flux[at * kMostNeighbours + static_cast<std::size_t>(k)] * part / content[at];
+        if (!(share > 0)) continue;
+        const std::int32_t to = cells[at].next[static_cast<std::size_t>(k)];
+        const auto next = static_cast<std::size_t>(to);
+        gain[next].water += share * load[at].water;
+        if (has_solids[at]) {
+          has_solids[next] = 1;
+          for (std::size_t t = 0; t < kTissueCount; ++t) gain[next].solids[t] += share * load[at].solids[t];
+        }
+        kept -= share;
+        if (std::exchange(is_loaded[next], std::uint8_t{1}) == 0) loaded.push_back(to);
+      }
+      load[at].water *= kept;
+      if (has_solids[at])
+        for (double& kg : load[at].solids) kg *= kept;
+      mark(i);
+    }
+    for (const std::int32_t i : loaded) {
+      const auto at = static_cast<std::size_t>(i);
+      if (gain[at].water <= 0) continue;
+      Load& to = cells[at].drains ? ledger.run_off : load[at];
+      if (has_solids[at])
+        add(to, gain[at]);
+      else
+        to.water += gain[at].water;
+      gain[at].water = 0;
+      if (has_solids[at]) gain[at].solids = {};
+      mark(i);
+    }
+  }
+}
+
+/// Evaporation, and drops that fall from overhangs.
+void Film::State::lose(double dt) {
+  for (const std::int32_t i : loaded) {
+    const auto at = static_cast<std::size_t>(i);
+    if (load[at].water <= 0) continue;
+    const Cell& cell = cells[at];
+    if (cell.tilt < options.overhang) {
+      const double volume = load[at].water / options.water_density + solid_volume(load[at]);
+      const double share = 1 - options.hanging * cell.area / volume;
+      if (share > 0) {
+        add(ledger.run_off, load[at], share);
+        load[at] = scaled(load[at], 1 - share);
+      }
+    }
+    const double dried = std::min(load[at].water, options.drying * dt * cell.area * options.water_density);
+    ledger.dried += dried;
+    load[at].water -= dried;
+    if (load[at].water < kDryMass) {
+      ledger.dried += load[at].water;
+      load[at].water = 0;
+    }
+    mark(i);
+  }
+}
+
+void Film::State::drop_empty() {
+  wet = false;
+  std::erase_if(loaded, [&](std::int32_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (load[at].water > 0) {
+      wet = true;
+      return false;
+    }
+    double solids = 0;
+    for (const double kg : load[at].solids) solids += kg;
+    if (solids >= kDryMass) return false;
+    for (std::size_t t = 0; t < kTissueCount; ++t) ledger.run_off.solids[t] += load[at].solids[t];
+    load[at] = {};
+    level[at] = cells[at].height;
+    is_loaded[at] = has_solids[at] = 0;
+    mark(i);
+    return true;
+  });
+}
+
+Film::Film(const CoarseField& field, const MaterialTable& materials, const FilmOptions& options)
+    : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.options = options;
+  s.field = field;
+  for (std::size_t t = 0; t < kTissueCount; ++t)
+    s.volume_of_kg[t] = materials[t].density > 0 ? 1 / materials[t].density : 0;
+  s.slot_at.assign(static_cast<std::size_t>(field.size.x) * static_cast<std::size_t>(field.size.y) *
+                       static_cast<std::size_t>(field.size.z),
+                   -1);
+  if (field.distance && glm::all(glm::greaterThan(field.size, glm::ivec3(2)))) s.rebuild(glm::ivec3(0), field.size - 1);
+  s.changed.clear();
+  std::fill(s.is_changed.begin(), s.is_changed.end(), std::uint8_t{0});
+}
+Film::~Film() = default;
+Film::Film(Film&&) noexcept = default;
+Film& Film::operator=(Film&&) noexcept = default;
+
+void Film::update(const glm::ivec3& lo, const glm::ivec3& hi) {
+  state_->rebuild(lo, hi);
+}
+
+void Film::deposit(const glm::dvec3& p_W, const Load& more) {
+  State& s = *state_;
+  add(s.ledger.deposited, more);
+  const std::int32_t to = s.nearest(p_W);
+  if (to < 0) return add(s.ledger.run_off, more);
+  s.put(to, more);
+}
+
+double Film::water_at(const glm::dvec3& p_W) const {
+  const State& s = *state_;
+  if (!s.wet) return 0;
+  const std::int32_t i = s.nearest(p_W);
+  if (i < 0) return 0;
+  const auto at = static_cast<std::size_t>(i);
+  return s.load[at].water / s.options.water_density / s.cells[at].area;
+}
+
+Load Film::fling(const glm::dvec3& p_W, double reach, double share) {
+  State& s = *state_;
+  Load out;
+  if (s.loaded.empty() || !(share > 0)) return out;
+  const glm::ivec3 lo(glm::floor((p_W - reach - s.field.origin) / s.field.spacing)),
+      hi(glm::ceil((p_W + reach - s.field.origin) / s.field.spacing));
+  glm::ivec3 at_sample;
+  for (at_sample.x = lo.x; at_sample.x <= hi.x; ++at_sample.x)
+    for (at_sample.y = lo.y; at_sample.y <= hi.y; ++at_sample.y)
+      for (at_sample.z = lo.z; at_sample.z <= hi.z; ++at_sample.z) {
+        const std::int32_t i = s.slot(at_sample);
+        if (i < 0 || !s.is_loaded[static_cast<std::size_t>(i)]) continue;
+        const auto at = static_cast<std::size_t>(i);
+        if (s.load[at].water <= 0 || glm::length(glm::dvec3(s.cells[at].p) - p_W) > reach) continue;
+        add(out, s.load[at], share);
+        s.load[at] = scaled(s.load[at], 1 - share);
+        s.mark(i);
+      }
+  add(s.ledger.flung, out);
+  return out;
+}
+
+void Film::step(double dt, const Suction* suction) {
+  State& s = *state_;
+  if (s.loaded.empty() || (!s.wet && !suction)) return;
+  s.stepped += s.loaded.size();
+  if (suction) s.remove_by_suction(dt, *suction);
+  if (s.wet) {
+    s.flow(dt);
+    s.lose(dt);
+  }
+  s.drop_empty();
+}
+
+std::size_t Film::loaded() const {
+  return state_->loaded.size();
+}
+std::uint64_t Film::cells_stepped() const {
+  return state_->stepped;
+}
+std::size_t Film::cells() const {
+  return state_->cells.size() - state_->free_slots.size();
+}
+bool Film::has_cell(const glm::ivec3& sample) const {
+  return state_->slot(sample) >= 0;
+}
+
+FilmCell Film::cell(const glm::ivec3& sample) const {
+  const State& s = *state_;
+  const std::int32_t i = s.slot(sample);
+  if (i < 0) return {};
+  const auto at = static_cast<std::size_t>(i);
+  const State::Cell& cell = s.cells[at];
+  FilmCell out{.sample = sample,
+               .p_W = cell.p,
+               .n_W = cell.n,
+               .area = cell.area,
+               .water = s.load[at].water / s.options.water_density / cell.area};
+  for (std::size_t t = 0; t < kTissueCount; ++t) out.solids[t] = s.load[at].solids[t] * s.volume_of_kg[t] / cell.area;
+  return out;
+}
+
+FilmLedger Film::ledger() const {
+  FilmLedger out = state_->ledger;
+  for (const std::int32_t i : state_->loaded) add(out.on_surface, state_->load[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+std::uint64_t Film::hash() const {
+  std::uint64_t h = 0xcbf29ce484222325u;
+  const auto mix = [&h](double value) { h = (h ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3u; };
+  for (const std::int32_t i : state_->loaded) {
+    const Load& load = state_->load[static_cast<std::size_t>(i)];
+    h = (h ^ static_cast<std::uint64_t>(i)) * 0x100000001b3u;
+    mix(load.water);
+    for (const double kg : load.solids) mix(kg);
+  }
+  return h;
+}
+
+void Film::take_changed(std::vector<glm::ivec3>& out) {
+  State& s = *state_;
+  out.insert(out.end(), s.changed.begin(), s.changed.end());
+  s.changed.clear();
+  std::fill(s.is_changed.begin(), s.is_changed.end(), std::uint8_t{0});
+}
+
+}  // namespace typodont::debris

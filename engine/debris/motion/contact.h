@@ -1,0 +1,64 @@
+// Geometry that chips and droplets share: the field around a point, the air of the suction, and a nozzle on the way.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <glm/glm.hpp>
+
+#include "engine/base/units.h"
+#include "engine/debris/debris.h"
+#include "engine/debris/motion/motion.h"
+
+namespace typodont::debris {
+
+/// The distance field around a point, interpolated linearly in one cell of the field.
+class Contact {
+ public:
+  Contact(const CoarseField& field, const glm::dvec3& p_W) {
+    if (!field.distance) return;
+    const glm::dvec3 q = (p_W - field.origin) * (1 / field.spacing);
+    const glm::dvec3 low = glm::floor(q);
+    const glm::ivec3 i(low);
+    if (!glm::all(glm::greaterThanEqual(low, glm::dvec3(0))) ||
+        !glm::all(glm::lessThan(low, glm::dvec3(field.size - 1)))) {
+      return;
+    }
+    f_ = q - low;
+    const std::size_t sy = static_cast<std::size_t>(field.size.z), sx = sy * static_cast<std::size_t>(field.size.y);
+    const float* d = field.distance + static_cast<std::size_t>(i.x) * sx + static_cast<std::size_t>(i.y) * sy +
+                     static_cast<std::size_t>(i.z);
+    d_ = {d[0], d[1], d[sy], d[sy + 1], d[sx], d[sx + 1], d[sx + sy], d[sx + sy + 1]};
+    for (std::size_t k = 0; k < 4; ++k) x_[k] = glm::mix(d_[k], d_[k + 4], f_.x);
+    inside = true;
+    distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
+  }
+  /// Gradient of the field, not normalised. Valid only if `inside` is true.
+  glm::dvec3 gradient() const {
+    return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
+            glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
+  }
+  bool inside = false;  // true if the point lies in the field's box
+  double distance = 0;  // m
+
+ private:
+  glm::dvec3 f_{0};            // position within the cell, 0..1
+  std::array<double, 8> d_{};  // distances at the cell's corners
+  std::array<double, 4> x_{};  // distances interpolated along x
+};
+
+/// Velocity of the air at a point, m/s: the mean over one step.
+inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
+  const glm::dvec3 way = suction.p_W - p_W;
+  const double r = std::max(glm::length(way), 1e-6);
+  return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
+}
+
+/// True if the straight line from a to b passes c at a distance below `radius`.
+inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const glm::dvec3 way = b - a;
+  const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
+  return glm::length(c - a - on * way) < radius;
+}
+
+}  // namespace typodont::debris

@@ -1,0 +1,94 @@
+// Droplets: the water of a handpiece's spray, and the slurry that the turning bur throws off the film.
+//
+//   Spray spray({.seed = 7});
+//   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if the water is off
+//
+// A droplet flies for a few milliseconds, chips fly for seconds: so droplets have a buffer of their own and are traced
+// to the surface within one step. One thread. Without water and without slurry, step() returns at once. The same calls
+// and seed give the same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "engine/base/pose.h"
+#include "engine/debris/debris.h"
+#include "engine/debris/film.h"
+
+namespace typodont::debris {
+
+/// The water nozzles of a handpiece: a ring about the bur's axis, aimed at the free end of the bur.
+struct Nozzles {
+  double flow = 0;            // m³/s of water at full pedal; 0: no spray
+  int count = 1;              // number of nozzles
+  double ring_radius = 3e-3;  // m, distance of the nozzles from the axis
+  double setback = 9e-3;      // m, distance of the nozzles from the bur's free end, along the axis
+  double cone = 0.1;          // rad, standard deviation of the droplets' directions about the aim
+  double speed = 6;           // m/s of a droplet at the nozzle
+  double least_drop = 80e-6, greatest_drop = 250e-6;  // m, diameters; uniform in the logarithm
+};
+
+/// Where the nozzles and the bur are during a step.
+struct SpraySource {
+  Pose X_WT;               // the tool: origin in the head's centre, z along the shank
+  double head_radius = 0;  // m
+  double head_half = 0;    // m, from the head's centre to its free end
+  double spindle = 0;      // rad/s, signed about the tool's z
+  double water = 0;        // 0 … 1, fraction of the nozzles' flow
+};
+
+struct SprayOptions {
+  std::size_t capacity = 4096;
+  std::uint64_t seed = 1;
+  double parcels_per_second = 9000;  // droplets that are simulated; each carries the water of several
+  double longest_step = 2e-3;        // s, longest straight part of a droplet's flight
+  double lifetime = 0.5;             // s, age at which a droplet has left the scene
+  glm::dvec3 gravity_W{0, 0, -9.81};
+  double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
+  double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
+  double scatter = 0.25;  // standard deviation of the velocity of a flung droplet divided by the rim speed
+  // A droplet splashes if We^½ Re^¼ exceeds this number (Mundo, Sommerfeld & Tropea 1995). The fraction `splashed` of
+  // it then leaves as fine mist.
+  double splash_number = 57.7;
+  double splashed = 0.5;
+  double fling_rate = 25;    // 1/s, rate at which a bur at `fling_speed` throws off the film that it touches
+  double fling_speed = 20;   // m/s, rim speed
+  int most_flung = 24;       // droplets of slurry per step
+  double exposure = 1.5e-4;  // s, time over which a flying droplet is seen as a streak
+};
+
+/// Where the droplets' mass went, kg: sprayed + flung = in_air + deposited + sucked + left + dropped, for water and for
+/// every tissue.
+struct SprayLedger {
+  Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
+  Load in_air, deposited, sucked;
+  Load left;     // flew past the tissue, or left as mist
+  Load dropped;  // the buffer was full
+};
+
+class Spray {
+ public:
+  explicit Spray(const Nozzles& nozzles, const SprayOptions& options = {});
+  ~Spray();
+  Spray(Spray&&) noexcept;
+  Spray& operator=(Spray&&) noexcept;
+
+  /// Advances by dt seconds. `source`: null if there is no bur.
+  void step(double dt, const SpraySource* source, const CoarseField& field, Film& film,
+            const Suction* suction = nullptr);
+
+  std::size_t alive() const;
+  std::uint64_t droplets_stepped() const;  // sum over all steps of the droplets that were moved
+  SprayLedger ledger() const;
+  /// Writes the droplets in the air into `points` and returns their number.
+  std::size_t write_points(std::span<DebrisPoint> points) const;
+  std::uint64_t hash() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace typodont::debris
