@@ -8,6 +8,7 @@ namespace typodont::haptics {
 
 typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
 typedef int I8 __attribute__((vector_size(32), aligned(4), may_alias));
+typedef unsigned char B8 __attribute__((vector_size(8), aligned(1), may_alias));
 typedef double D4 __attribute__((vector_size(32), aligned(8), may_alias));
 typedef double D8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));

@@ -32,7 +32,6 @@ struct SurfacePatch : Snapshot {
   // Hardness, see hardness.h; for a filled sample the hardness before the filling. Empty if the tissue is not graded
   // (TissueVolume::graded): then every sample has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
-  std::vector<float> uncut;  // buffer of carve(); empty if `hardness` is empty
   // If a tool has a shank: one coarse patch. It contains every `every`-th sample and a larger region; its lengths are
   // in voxels of its own size.
   std::vector<SurfacePatch> wide;
@@ -49,10 +48,7 @@ struct SurfacePatch : Snapshot {
     tissue.assign(count, Tissue::kAir);
   }
   /// Allocates the hardness, for a patch of graded tissue.
-  void grade() {
-    hardness.resize(tissue.size());
-    uncut.resize(tissue.size());
-  }
+  void grade() { hardness.resize(tissue.size()); }
   /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; all other values
   /// are unspecified.
   void move_to(const glm::ivec3& first) noexcept {

@@ -62,7 +62,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
 }
 
 bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+                  std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   if (straights_ > 0) {
     return carve_way(
         {lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue},
@@ -105,7 +105,7 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 }
 
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                  PerTissue* removed) const noexcept {
+                  RemovedVolume* removed) const noexcept {
   // The head may have moved through air since the last call of this function.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);

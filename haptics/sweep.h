@@ -7,6 +7,7 @@
 #include "engine/base/pose.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
+#include "haptics/cutting/removed.h"
 #include "haptics/cutting/way.h"
 #include "haptics/tool.h"
 
@@ -29,14 +30,14 @@ class Sweep {
 
   /// Raises the distances of a block of voxels, lo .. lo+size-1, to their depth in the swept head (at most kInner),
   /// wherever the depth is larger. This removes tissue. z runs fastest; the strides are in samples. `removed`, if
-  /// given, receives the removed volume per tissue in voxels³ (the fraction of each voxel inside the surface, before
-  /// minus after). Returns whether any sample changed. Any thread; the bits do not depend on the processor.
+  /// given, receives the removed volume per tissue; then `tissue` must be given, too. Returns whether any sample
+  /// changed. Any thread; the bits do not depend on the processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
-             const Tissue* tissue, PerTissue* removed) const noexcept;
+             const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
   /// Carves a whole patch of n³ samples from voxel `patch_lo` on; `front` stores which samples can change.
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-             PerTissue* removed) const noexcept;
+             RemovedVolume* removed) const noexcept;
 
   /// Result of carving one leaf of 8³ samples. `slack`: voxels that the head's farthest point may move in any direction
   /// before a sample of the leaf can change. `emptied`: a sample may have become air.
@@ -61,19 +62,19 @@ class Sweep {
 
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+                  std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept;
   /// `leaf`, if given: the box is a leaf, and *leaf receives `emptied` and `slack`.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed,
+                  std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
                   LeafCut* leaf = nullptr) const noexcept;
   LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                  PerTissue* removed) const noexcept;
+                  RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                  PerTissue* removed) const noexcept;
+                  RemovedVolume* removed) const noexcept;
   /// Does the work of carve() for a long path. Leaves out the blocks that are not due yet according to `known` (may
   /// be null): none of their samples can change.
-  bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
+  bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;

@@ -44,7 +44,7 @@ struct Work {
 /// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where the new value is above
 /// -kMargin. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
   const float from = c.continues ? 0.0f : -1e30f;
   float* const distance = block.distance;
@@ -101,10 +101,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   if (removed && moved > 0) {
     eight::Taken taken{removed};
     for (int m = 0; m < moved; ++m) {
-      const Tissue* labels = block.tissue + moved_at[m];
-      Tissue row[8] = {};
-      if constexpr (narrow) labels = std::copy_n(labels, size_z, row) - size_z;
-      taken.add(moved_taken[m], labels);
+      taken.add(moved_taken[m], block.tissue + moved_at[m], distance + moved_at[m], 0, narrow ? size_z : 8);
     }
     taken.close();
   }
@@ -126,7 +123,7 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 /// sweep continues another one, only samples ahead of A and outside the ball that is already empty. Returns true if a
 /// sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // Bounding ball of all changes: around B if the ball at B covers everything, otherwise around the middle of the
@@ -228,12 +225,12 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
 // Compiled for several processors and chosen at run time. Each sample is computed independently, and FMA is off for the
 // whole program, so that every processor and every division of the work into rows gives the same bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
+bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
                            : carve_block<true, false>(*block, *capsule, removed);
 }
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
+bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<false, true>(*block, *capsule, removed)
                            : carve_block<false, false>(*block, *capsule, removed);
 }
@@ -314,7 +311,7 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
 /// Raises all blocks that are due and computes when each is due again. Lists the groups that may change until the
 /// head has moved by `ahead`.
 template <bool capsule>
-TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
   constexpr int kStretch = SlackRows::kStretch;
   constexpr float kNever = 1e9f;
@@ -402,7 +399,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
             *reinterpret_cast<F8*>(at) = now;
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
-            if (any_of(lost > 0)) taken.add(lost, b.tissue + first);
+            if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
             // Once the head has reached its deepest point at a sample, the sample does not change any more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
@@ -448,18 +445,18 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_due_capsule(BallBlocks* blocks, PerTissue* removed) {
+bool carve_due_capsule(BallBlocks* blocks, RemovedVolume* removed) {
   return carve_due<true>(*blocks, removed);
 }
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_due_ball(BallBlocks* blocks, PerTissue* removed) {
+bool carve_due_ball(BallBlocks* blocks, RemovedVolume* removed) {
   return carve_due<false>(*blocks, removed);
 }
 
 }  // namespace
 
 bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
   const bool ball = is_ball();
@@ -474,7 +471,7 @@ bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 }
 
 bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                       PerTissue* removed) const noexcept {
+                       RemovedVolume* removed) const noexcept {
   front.keep_listed(patch_lo, n, holds_listed(patch_lo, n));
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;

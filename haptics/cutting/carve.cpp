@@ -2,16 +2,13 @@
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
 
 #include "engine/base/dispatch.h"
 #include "haptics/cut_front.h"
 #include "haptics/cutting/voxel_stamp.h"
 #include "haptics/fill.h"
+#include "haptics/hardness.h"
 #include "haptics/lanes.h"
 #include "haptics/share.h"
 #include "haptics/sweep.h"
@@ -50,78 +47,37 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Stores the distances of a box of the patch, to compute afterwards what a cut removed.
-void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
-  float* to = patch.uncut.data();
-  const int length = std::max(b.z - a.z + 1, 0);
-  for (int x = a.x; x <= b.x; ++x) {
-    for (int y = a.y; y <= b.y; ++y, to += length) std::copy_n(patch.distance.data() + patch.at(x, y, a.z), length, to);
-  }
-}
-
-/// Returns the volume removed since keep_uncut(): the removed fraction of each voxel, times its hardness. Computed in
-/// integers (units of share.h times hardness bytes), so that the order of summation does not matter.
-PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
-  std::array<std::int64_t, kTissueCount> sums{};
-  const float* from = patch.uncut.data();
-  const int length = std::max(b.z - a.z + 1, 0);
-  for (int x = a.x; x <= b.x; ++x) {
-    for (int y = a.y; y <= b.y; ++y, from += length) {
-      const std::size_t row = patch.at(x, y, a.z);
-      const float* const now = patch.distance.data() + row;
-      constexpr int kTogether = 16;  // number of samples compared at once; most groups of samples did not change
-      for (int z0 = 0; z0 < length; z0 += kTogether) {
-        const int end = std::min(z0 + kTogether, length);
-        if (std::memcmp(from + z0, now + z0, sizeof(float) * static_cast<std::size_t>(end - z0)) == 0) continue;
-        for (int z = z0; z < end; ++z) {
-          if (from[z] == now[z]) continue;
-          const std::size_t at = row + static_cast<std::size_t>(z);
-          sums[static_cast<std::size_t>(shown(patch.tissue[at]))] +=
-              std::int64_t{inside_units(from[z]) - inside_units(now[z])} * felt_hardness(patch, at);
-        }
-      }
-    }
-  }
-  PerTissue hardened{};
-  for (std::size_t i = 1; i < sums.size(); ++i)
-    hardened[i] = static_cast<double>(sums[i]) * kFractionUnit / kOwnHardness;
-  return hardened;
-}
-
-/// The common part of both kinds of removal. `spared`: width in voxels of the border of the removal's box in which no
-/// voxel loses volume. `make` writes the distances of the box a .. b and returns true if any changed.
+/// The common part of both kinds of removal. `make` writes the distances of the box a .. b and returns whether any
+/// changed.
 template <class Make>
-PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, int spared, bool* changed,
-                    CutFront* front, PerTissue* hardened, Make make) noexcept {
-  PerTissue removed{};
+PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
+                    PerTissue* hardened, Make make) noexcept {
   if (changed) *changed = false;
   if (hardened) *hardened = {};
   const glm::ivec3 a = glm::max(lo - patch.lo, 0), b = glm::min(hi - patch.lo, patch.n - 1);
-  if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
+  if (a.x > b.x || a.y > b.y || a.z > b.z) return {};
+  RemovedVolume removed;
   const bool graded = hardened && !patch.hardness.empty();
-  const glm::ivec3 from = glm::max(a, lo + spared - patch.lo), to = glm::min(b, hi - spared - patch.lo);
-  if (graded) keep_uncut(patch, from, to);
+  if (graded) removed.graded = {patch.distance.data(), patch.tissue.data(), patch.hardness.data()};
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
-    // computed now, because the labels of fillings are removed next
-    if (graded) *hardened = hardened_since(patch, from, to);
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->renew_lists();
     if (changed) *changed = true;
   }
-  removed[0] = 0;
-  if (hardened && !graded) *hardened = removed;
-  return removed;
+  removed.volume[0] = 0;
+  if (hardened && !graded) *hardened = removed.volume;
+  for (std::size_t i = 1; i < removed.hardened.size() && graded; ++i)
+    (*hardened)[i] = static_cast<double>(removed.hardened[i]) * kFractionUnit / kOwnHardness;
+  return removed.volume;
 }
 
 }  // namespace
 
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
-  // Only samples less than half a voxel outside the head lose volume; the sweep extends kMargin beyond the head.
-  constexpr int kSpared = static_cast<int>(Sweep::kMargin - 0.5f);
   const std::size_t edge = static_cast<std::size_t>(patch.n);
-  return carve_box(patch, sweep.lo(), sweep.hi(), kSpared, changed, front, hardened,
-                   [&](const glm::ivec3& a, const glm::ivec3& b, PerTissue& removed) {
+  return carve_box(patch, sweep.lo(), sweep.hi(), changed, front, hardened,
+                   [&](const glm::ivec3& a, const glm::ivec3& b, RemovedVolume& removed) {
                      const std::size_t start = patch.at(a.x, a.y, a.z);
                      return front ? sweep.carve(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(),
                                                 &removed)
@@ -132,8 +88,8 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront
 
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed, PerTissue* hardened) noexcept {
   const std::size_t edge = static_cast<std::size_t>(patch.n);
-  return carve_box(patch, stamp.lo(), stamp.hi(), 0, changed, nullptr, hardened,
-                   [&](const glm::ivec3& a, const glm::ivec3& b, PerTissue& removed) {
+  return carve_box(patch, stamp.lo(), stamp.hi(), changed, nullptr, hardened,
+                   [&](const glm::ivec3& a, const glm::ivec3& b, RemovedVolume& removed) {
                      const std::size_t start = patch.at(a.x, a.y, a.z);
                      return stamp.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
                                         patch.tissue.data() + start, &removed);

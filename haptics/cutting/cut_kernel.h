@@ -18,41 +18,64 @@ TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
 
 /// Sums the removed volume by label. Keeps a running sum as long as the label stays the same.
 struct Taken {
-  PerTissue* removed;
+  RemovedVolume* removed;
+  GradedSamples graded;  // a copy, so that the pointers stay in registers
   Ints units = {};
+  Ints hard_low = {}, hard_high = {};  // units times hardness bytes: the low 16 bits, and the others
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// Adds samples that all have the label `group_label`.
-  TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label) {
-    if (group_label != label) {
-      close();
-      label = group_label;
-    }
-    units += taken;
-    if (++groups == 255) close();  // keeps the sum below 2^31: a voxel has 2^23 units
+  /// `to` may be null: then nothing may be added.
+  TYPODONT_KERNEL Taken(RemovedVolume* to) : removed(to) {
+    if (to) graded = to->graded;
   }
-  /// Adds samples with their labels.
-  TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
-    std::uint64_t parts[kLanes / 8], differ = 0;
-    std::memcpy(parts, labels, sizeof parts);
-    for (std::uint64_t& part : parts) part &= kShown * 0x0101010101010101u;
-    for (const std::uint64_t part : parts) differ |= part ^ (parts[0] & 0xff) * 0x0101010101010101u;
-    if (!differ) {
-      add(taken, static_cast<std::uint8_t>(parts[0]));
-      return;
+
+  /// Adds a whole group of samples that all have the label `group_label`, except for those that lose nothing.
+  TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label, const float* samples) {
+    change_label(group_label);
+    units += taken;
+    if (graded.hardness) {
+      const std::ptrdiff_t at = samples - graded.distance;
+      const Ints weighted = taken * felt_hardness(graded.tissue + at, graded.hardness + at);
+      hard_low += low_half(weighted);
+      hard_high += high_half(weighted);
+    }
+    if (++groups == 255) close();  // keeps the sums below 2^31: a voxel has 2^23 units
+  }
+  /// Adds the samples `from` .. `to` of a group, with their labels. `labels`: label of the group's first sample.
+  TYPODONT_KERNEL void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
+    if (from == 0 && to == kLanes) {
+      std::uint64_t parts[kLanes / 8], differ = 0;
+      std::memcpy(parts, labels, sizeof parts);
+      for (std::uint64_t& part : parts) part &= kShown * 0x0101010101010101u;
+      for (const std::uint64_t part : parts) differ |= part ^ (parts[0] & 0xff) * 0x0101010101010101u;
+      if (!differ) {
+        add(taken, static_cast<std::uint8_t>(parts[0]), samples);
+        return;
+      }
     }
     std::int32_t apart[kLanes];
     std::memcpy(apart, &taken, sizeof apart);
-    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kFractionUnit * apart[i];
+    for (int i = from; i < to; ++i) removed->add(apart[i], shown(labels[i]), samples + i);
   }
   TYPODONT_KERNEL void close() {
-    std::int32_t apart[kLanes];  // a copy of the lanes, so that the sums themselves stay in a register
-    std::memcpy(apart, &units, sizeof apart);
+    removed->volume[label] += kFractionUnit * static_cast<double>(sum_of_lanes(units));
+    if (graded.hardness) removed->hardened[label] += (sum_of_lanes(hard_high) << 16) + sum_of_lanes(hard_low);
+    units = hard_low = hard_high = Ints{};
+    groups = 0;
+  }
+
+ private:
+  TYPODONT_KERNEL void change_label(std::uint8_t group_label) {
+    if (group_label == label) return;
+    close();
+    label = group_label;
+  }
+  TYPODONT_KERNEL static std::int64_t sum_of_lanes(const Ints& v) {
+    std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register
+    std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;
-    (*removed)[label] += kFractionUnit * static_cast<double>(sum);
-    units = Ints{};
-    groups = 0;
+    return sum;
   }
 };

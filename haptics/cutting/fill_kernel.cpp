@@ -77,7 +77,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  eight::Taken taken_in{added};
+  RemovedVolume reverse;  // volume that the reverse change would remove
+  eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
     const float vx = static_cast<float>(block.first.x + x), px = vx - ball.x;
     for (int y = 0; y < block.size.y; ++y) {
@@ -114,7 +115,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         any_lowered |= lowered;
         // volume that the reverse change (from the new to the old distances) would remove
         const I8 filled = eight::share_taken(now, old);
-        if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
+        if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label), lanes.at);
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;
              labelled &= labelled - 1) {
           const int i = std::countr_zero(labelled);
@@ -127,7 +128,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
       }
     }
   }
-  if (added) taken_in.close();
+  taken_in.close();
+  for (std::size_t t = 0; added && t < added->size(); ++t) (*added)[t] += reverse.volume[t];
   return any_of(any_lowered);
 }
 

@@ -58,7 +58,7 @@ namespace {
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
-bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, PerTissue* removed,
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
                 BlockSlack* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
@@ -79,7 +79,7 @@ namespace {
 // This header is included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
-bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, PerTissue* removed,
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
                 BlockSlack* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
@@ -160,7 +160,7 @@ const bool kMasked = __builtin_cpu_supports("x86-64-v4") != 0;
 #endif
 
 bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
-                      PerTissue* removed, BlockSlack& found) {
+                      RemovedVolume* removed, BlockSlack& found) {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
@@ -375,7 +375,8 @@ int kind_of(int a, int b) {
 }  // namespace
 
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed, LeafCut* leaf) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
+                       LeafCut* leaf) const noexcept {
   bool changed = false;
   const float slip = rounding_of_depth();
   float least_slack = kNoEnd;
@@ -507,7 +508,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 }
 
 bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                       PerTissue* removed) const noexcept {
+                       RemovedVolume* removed) const noexcept {
   static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
   static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
   const glm::ivec3 step(kRows, kRows, kDeep), from = front.first_ * step, held = patch_lo - from;

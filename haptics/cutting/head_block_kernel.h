@@ -5,7 +5,7 @@
 /// `may_raise` false the function changes nothing and only computes `found`. Samples that may have been deeper on the
 /// path are added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
-                                      PerTissue* removed, BlockSlack& found) {
+                                      RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
   alignas(32) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7};
   const int* const from = block.from;

@@ -5,6 +5,9 @@
 
 #include <cstdint>
 
+#include "engine/contract/tissue.h"
+#include "haptics/hardness.h"
+#include "haptics/label.h"
 #include "haptics/lanes.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -70,6 +73,18 @@ TYPODONT_KERNEL Floats root(Floats v) {
 TYPODONT_KERNEL Ints as_ints(Floats v) {
   return (Ints)v;
 }
+/// Low 16 bits of each lane, and the others; for lanes that are not negative.
+TYPODONT_KERNEL Ints low_half(Ints v) {
+  return v & 0xffff;
+}
+TYPODONT_KERNEL Ints high_half(Ints v) {
+  return v >> 16;
+}
+/// Hardness bytes of samples (label.h, hardness.h): that of the filling where a sample is filled.
+TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
+  const B8 filled = (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
+  return __builtin_convertvector(*reinterpret_cast<const B8*>(hardness) | filled, I8);
+}
 TYPODONT_KERNEL bool any(Mask mask) {
   return any_of(mask);
 }
@@ -115,6 +130,9 @@ TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) {
 }
 TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) {
   return {a.low | b.low, a.high | b.high};
+}
+TYPODONT_KERNEL Ints operator*(const Ints& a, const Ints& b) {
+  return {a.low * b.low, a.high * b.high};
 }
 TYPODONT_KERNEL void operator+=(Ints& a, const Ints& b) {
   a = {a.low + b.low, a.high + b.high};
@@ -180,6 +198,20 @@ TYPODONT_KERNEL Floats root(const Floats& v) {
 TYPODONT_KERNEL Ints as_ints(const Floats& v) {
   return {(I4)v.low, (I4)v.high};
 }
+TYPODONT_KERNEL Ints low_half(const Ints& v) {
+  return {v.low & 0xffff, v.high & 0xffff};
+}
+TYPODONT_KERNEL Ints high_half(const Ints& v) {
+  return {v.low >> 16, v.high >> 16};
+}
+TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
+  Ints felt;
+  for (int i = 0; i < 4; ++i) {
+    felt.low[i] = is_filled(labels[i]) ? kOwnHardness : hardness[i];
+    felt.high[i] = is_filled(labels[4 + i]) ? kOwnHardness : hardness[4 + i];
+  }
+  return felt;
+}
 TYPODONT_KERNEL bool any(const Mask& mask) {
   const I4 both = mask.low | mask.high;
 #ifdef __SSE2__
@@ -209,65 +241,76 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #pragma GCC target("arch=x86-64-v4")
 // Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Masked forms are used for some
 // operations, because GCC 12 warns wrongly about an unused operand of the plain ones.
-#define TYPODONT_MASKED_LANES(V, P, COUNT, M)                             \
-  using Floats = V;                                                       \
-  typedef int Ints __attribute__((vector_size(4 * COUNT)));               \
-  using Mask = unsigned;                                                  \
-  constexpr int kLanes = COUNT;                                           \
-  constexpr M kEvery = (1u << COUNT) - 1;                                 \
-  TYPODONT_KERNEL Floats load(const float* p) {                           \
-    return P##_loadu_ps(p);                                               \
-  }                                                                       \
-  TYPODONT_KERNEL void store(float* p, Floats v) {                        \
-    P##_storeu_ps(p, v);                                                  \
-  }                                                                       \
-  TYPODONT_KERNEL Floats all(float v) {                                   \
-    return P##_set1_ps(v);                                                \
-  }                                                                       \
-  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {               \
-    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));             \
-  }                                                                       \
-  TYPODONT_KERNEL Mask first(int count) {                                 \
-    return (1u << count) - 1;                                             \
-  }                                                                       \
-  TYPODONT_KERNEL Mask everywhere() {                                     \
-    return kEvery;                                                        \
-  }                                                                       \
-  TYPODONT_KERNEL Mask nowhere() {                                        \
-    return 0;                                                             \
-  }                                                                       \
-  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                         \
-    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                             \
-  }                                                                       \
-  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {       \
-    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ); \
-  }                                                                       \
-  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                      \
-    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                             \
-  }                                                                       \
-  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {         \
-    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);              \
-  }                                                                       \
-  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                     \
-    return P##_maskz_min_ps(kEvery, a, b);                                \
-  }                                                                       \
-  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                    \
-    return P##_maskz_max_ps(kEvery, a, b);                                \
-  }                                                                       \
-  TYPODONT_KERNEL Floats root(Floats v) {                                 \
-    return P##_maskz_sqrt_ps(kEvery, v);                                  \
-  }                                                                       \
-  TYPODONT_KERNEL Ints as_ints(Floats v) {                                \
-    return (Ints)v;                                                       \
-  }                                                                       \
-  TYPODONT_KERNEL bool any(Mask mask) {                                   \
-    return mask != 0;                                                     \
-  }                                                                       \
-  TYPODONT_KERNEL unsigned bits(Mask mask) {                              \
-    return mask;                                                          \
-  }                                                                       \
-  TYPODONT_KERNEL bool every(Mask mask) {                                 \
-    return (mask & kEvery) == kEvery;                                     \
+#define TYPODONT_MASKED_LANES(V, P, COUNT, M)                                                 \
+  using Floats = V;                                                                           \
+  typedef int Ints __attribute__((vector_size(4 * COUNT)));                                   \
+  using Mask = unsigned;                                                                      \
+  constexpr int kLanes = COUNT;                                                               \
+  constexpr M kEvery = (1u << COUNT) - 1;                                                     \
+  TYPODONT_KERNEL Floats load(const float* p) {                                               \
+    return P##_loadu_ps(p);                                                                   \
+  }                                                                                           \
+  TYPODONT_KERNEL void store(float* p, Floats v) {                                            \
+    P##_storeu_ps(p, v);                                                                      \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats all(float v) {                                                       \
+    return P##_set1_ps(v);                                                                    \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {                                   \
+    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));                                 \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask first(int count) {                                                     \
+    return (1u << count) - 1;                                                                 \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask everywhere() {                                                         \
+    return kEvery;                                                                            \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask nowhere() {                                                            \
+    return 0;                                                                                 \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                                             \
+    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                                                 \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {                           \
+    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                     \
+  }                                                                                           \
+  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                                          \
+    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                                                 \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {                             \
+    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);                                  \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                                         \
+    return P##_maskz_min_ps(kEvery, a, b);                                                    \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                                        \
+    return P##_maskz_max_ps(kEvery, a, b);                                                    \
+  }                                                                                           \
+  TYPODONT_KERNEL Floats root(Floats v) {                                                     \
+    return P##_maskz_sqrt_ps(kEvery, v);                                                      \
+  }                                                                                           \
+  TYPODONT_KERNEL Ints as_ints(Floats v) {                                                    \
+    return (Ints)v;                                                                           \
+  }                                                                                           \
+  typedef std::uint8_t Bytes __attribute__((vector_size(COUNT), aligned(1), may_alias));      \
+  TYPODONT_KERNEL Ints low_half(Ints v) {                                                     \
+    return v & 0xffff;                                                                        \
+  }                                                                                           \
+  TYPODONT_KERNEL Ints high_half(Ints v) {                                                    \
+    return v >> 16;                                                                           \
+  }                                                                                           \
+  TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {    \
+    const Bytes filled = (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);           \
+    return __builtin_convertvector(*reinterpret_cast<const Bytes*>(hardness) | filled, Ints); \
+  }                                                                                           \
+  TYPODONT_KERNEL bool any(Mask mask) {                                                       \
+    return mask != 0;                                                                         \
+  }                                                                                           \
+  TYPODONT_KERNEL unsigned bits(Mask mask) {                                                  \
+    return mask;                                                                              \
+  }                                                                                           \
+  TYPODONT_KERNEL bool every(Mask mask) {                                                     \
+    return (mask & kEvery) == kEvery;                                                         \
   }
 
 namespace sixteen {

@@ -22,13 +22,13 @@ namespace {
 // This header is included last, because it uses the three headers above
 #include "haptics/cutting/listed_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) {
+bool ball(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<false>(*f, false, removed);
 }
-bool capsule(const BallFront* f, PerTissue* removed) {
+bool capsule(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<true>(*f, false, removed);
 }
-bool head(const HeadFront* f, PerTissue* removed) {
+bool head(const HeadFront* f, RemovedVolume* removed) {
   return carve_head(*f, false, removed);
 }
 
@@ -45,13 +45,13 @@ namespace {
 // This header is included last, because it uses the three headers above
 #include "haptics/cutting/listed_kernel.h"
 
-__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) {
+__attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<false>(*f, false, removed);
 }
-__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) {
+__attribute__((target("avx2"))) bool capsule(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<true>(*f, false, removed);
 }
-__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) {
+__attribute__((target("avx2"))) bool head(const HeadFront* f, RemovedVolume* removed) {
   return carve_head(*f, false, removed);
 }
 
@@ -69,13 +69,13 @@ namespace {
 // This header is included last, because it uses the three headers above
 #include "haptics/cutting/listed_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) {
+bool ball(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<false>(*f, false, removed);
 }
-bool capsule(const BallFront* f, PerTissue* removed) {
+bool capsule(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<true>(*f, false, removed);
 }
-bool head(const HeadFront* f, PerTissue* removed) {
+bool head(const HeadFront* f, RemovedVolume* removed) {
   return carve_head(*f, false, removed);
 }
 
@@ -91,13 +91,13 @@ namespace {
 // This header is included last, because it uses the three headers above
 #include "haptics/cutting/listed_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) {
+bool ball(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<false>(*f, true, removed);
 }
-bool capsule(const BallFront* f, PerTissue* removed) {
+bool capsule(const BallFront* f, RemovedVolume* removed) {
   return carve_ball<true>(*f, true, removed);
 }
-bool head(const HeadFront* f, PerTissue* removed) {
+bool head(const HeadFront* f, RemovedVolume* removed) {
   return carve_head(*f, true, removed);
 }
 
@@ -113,7 +113,7 @@ int widest_group() noexcept {
   return halves::kLanes;
 }
 
-bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
+bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
     const bool wide = capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
@@ -126,7 +126,7 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissu
   return capsule ? halves::capsule(&front, removed) : halves::ball(&front, removed);
 }
 
-bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
+bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
     const bool wide = sixteen::head(&front, removed), narrow = eight_masked::head(&front, removed);

@@ -78,7 +78,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
 }
 
 /// Cut the listed groups. Return true if a sample changed; the removed volume is added to `removed`.
-bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
-bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
+bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
+bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 
 }  // namespace typodont::haptics

@@ -56,7 +56,7 @@ TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const Ba
     const Floats now = raised_to(old, depth, may, least, rises);
     store(at, now);
     raised |= rises;
-    taken.add(share_taken(old, now), f.groups.label[g0 + g]);
+    taken.add(share_taken(old, now), f.groups.label[g0 + g], at);
   }
 }
 
@@ -99,7 +99,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
 
 /// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
 template <bool capsule>
-TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
   const Capsule c = f.c;
   Mask raised = nowhere();
@@ -262,7 +262,7 @@ TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const 
     const Floats now = raised_to(old, lesser(depth, all(Sweep::kInner)), may, least, rises);
     store(at, now);
     raised |= rises;
-    taken.add(share_taken(old, now), f.groups.label[g0 + g]);
+    taken.add(share_taken(old, now), f.groups.label[g0 + g], at);
   }
 }
 
@@ -309,7 +309,7 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
 }
 
 /// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
-TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;

@@ -22,12 +22,6 @@ struct Row {
     }
     const Ints lost = share_taken(old, now);
     if (!taken.removed || !any_of(lost > 0)) return;
-    if (whole) {
-      taken.add(lost, labels);
-    } else {
-      Tissue meant[kLanes] = {};
-      std::copy(labels + from, labels + to, meant + from);
-      taken.add(lost, meant);
-    }
+    taken.add(lost, labels, distance, from, to);
   }
 };

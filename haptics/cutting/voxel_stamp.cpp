@@ -20,7 +20,7 @@ VoxelStamp::VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& fra
 }
 
 bool VoxelStamp::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   bool changed = false;
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
@@ -29,8 +29,7 @@ bool VoxelStamp::carve(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         float& d = distance[row + static_cast<std::size_t>(z)];
         if (d >= kCleared || head_.distance(X_TV_ * dvec3(lo + glm::ivec3(x, y, z))) > 0) continue;
         if (removed) {
-          const Tissue label = shown(tissue[row + static_cast<std::size_t>(z)]);
-          (*removed)[static_cast<std::size_t>(label)] += fraction_inside(d);
+          removed->add(inside_units(d), shown(tissue[row + static_cast<std::size_t>(z)]), &d);
         }
         d = kCleared;
         changed = true;

@@ -6,6 +6,7 @@
 #include "engine/base/pose.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
+#include "haptics/cutting/removed.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -23,7 +24,7 @@ class VoxelStamp {
   /// Clears a block of voxels, lo .. lo+size-1; z is the fastest index, strides in samples. If `removed` is given,
   /// adds to it the removed volume per tissue in voxels³. Returns true if any voxel changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
-             const Tissue* tissue, PerTissue* removed) const noexcept;
+             const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
  private:
   HeadField head_;  // voxels

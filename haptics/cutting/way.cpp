@@ -281,7 +281,7 @@ void fetch(const WayBlock& block) {
 /// Sets each sample to max(sample, min(depth, kInner)), ignoring depths below -kMargin. Returns true if any sample
 /// changed. `slack`: voxels that the head may still move before any sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed, float* slack) {
+bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
@@ -371,7 +371,8 @@ bool carve_tops(PathMaxima* tops_at, int first) {
     if (!(raised >> i & 1)) continue;
     *tops.at[first + i] = depth[i];
     if (tops.removed)
-      (*tops.removed)[tops.label[first + i]] += kFractionUnit * (inside_units(old[i]) - inside_units(depth[i]));
+      tops.removed->add(inside_units(old[i]) - inside_units(depth[i]), static_cast<Tissue>(tops.label[first + i]),
+                        tops.at[first + i]);
   }
   return raised & ((1u << count) - 1);
 }
@@ -418,7 +419,7 @@ float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
   return due + (i.x * size.y + i.y) * size.z + i.z;
 }
 
-bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept {
+bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const double radius = static_cast<double>(radius_);

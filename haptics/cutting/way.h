@@ -7,6 +7,7 @@
 #include "engine/base/pose.h"
 #include "engine/contract/tissue.h"
 #include "haptics/cutting/meridian.h"
+#include "haptics/cutting/removed.h"
 
 namespace typodont::haptics {
 
@@ -56,14 +57,14 @@ struct PathMaxima {
   static constexpr int kRoom = 1024;
 
   Straight back;  // path from the end of the motion back to its beginning
-  PerTissue* removed;
+  RemovedVolume* removed;
   bool changed = false;
   int count = 0;
   float x[kRoom], y[kRoom], z[kRoom];  // voxels, relative to the base of the pose at the end
   float* at[kRoom];
   std::uint8_t label[kRoom];
 
-  PathMaxima(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
+  PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
   /// Call before `samples` samples are read: if the list has too little space for all of them, it is carved and
   /// emptied.
   void make_room(int samples) noexcept {

@@ -299,9 +299,8 @@ class StrokePlanner {
     const glm::ivec3 lo = glm::max(sweep.lo(), glm::ivec3(0)), hi = glm::min(sweep.hi(), left_.size - 1);
     if (glm::any(glm::lessThan(hi, lo))) return;
     const std::size_t at = left_.at(lo.x, lo.y, lo.z), row = static_cast<std::size_t>(left_.size.z);
-    PerTissue removed{};
-    sweep.carve(lo, hi - lo + 1, &left_.distance[at], row * static_cast<std::size_t>(left_.size.y), row,
-                &in_.tissue[at], &removed);
+    sweep.carve(lo, hi - lo + 1, &left_.distance[at], row * static_cast<std::size_t>(left_.size.y), row, nullptr,
+                nullptr);
   }
 
   /// Adds strokes for the pieces of a chain that remove tissue. A closed chain may begin anywhere.
