@@ -27,8 +27,14 @@ struct Comparison {
   double up_to = 0;                // Hz, upper limit of the distances
 };
 
+struct CompareOptions {
+  double up_to = 16000;         // Hz, upper limit of the distances; 200 or more
+  bool constant_speed = false;  // remove changes of the spindle's speed, measured on a steady line of each sound
+};
+
 /// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower
-/// rate. `up_to`: Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
-Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
+/// rate. Throws Error like read_recording(), and if a sample is not finite.
+Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b,
+                          const CompareOptions& options = {});
 
 }  // namespace typodont::audio

@@ -8,6 +8,7 @@
 #include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
+#include "audio/ar/speed.h"
 #include "audio/sound_file.h"
 #include "engine/base/error.h"
 
@@ -23,8 +24,8 @@ struct Analysed {
   std::vector<double> power;  // density at kGrid, 2 kGrid …
 };
 
-Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to) {
-  const auto x = recording.mono();
+Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to, bool constant_speed) {
+  auto x = recording.mono();
   Analysed result;
   SoundMeasure& m = result.measure;
   m.rate = recording.rate;
@@ -38,6 +39,7 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
   m.level_dB = 10 * std::log10(power / static_cast<double>(x.size()) + 1e-30);
   m.peak_dB = 20 * std::log10(peak + 1e-15);
 
+  if (constant_speed) x = at_constant_speed(x, m.rate, speed_of(x, m.rate));
   const auto points = static_cast<std::size_t>(2 * std::lround(kWindow * m.rate / 2));
   const auto density = welch(x, points, m.rate);
   double moment = 0, sum = 0;
@@ -56,7 +58,7 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
   for (std::size_t i = 0; i < lines.size() && i < 5; ++i) {
     const LineTrack track = follow_line(x, m.rate, lines[i].frequency);
     m.tones.push_back(track.steady() ? track.frequency : lines[i].frequency);
-    m.tone_variation.push_back(track.steady() ? track.own_variation() : track.variation());
+    m.tone_variation.push_back(track.variation());
   }
   m.rotor = estimated_rotor_frequency(x, m.rate);
   return result;
@@ -64,11 +66,13 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
 
 }  // namespace
 
-Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesystem::path& file_b, double up_to) {
+Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesystem::path& file_b,
+                          const CompareOptions& options) {
   Comparison result;
   const Recording sound_a = read_recording(file_a), sound_b = read_recording(file_b);
-  result.up_to = std::min(up_to, 0.45 * std::min(sound_a.rate, sound_b.rate));
-  const Analysed a = analyse(file_a, sound_a, result.up_to), b = analyse(file_b, sound_b, result.up_to);
+  result.up_to = std::min(options.up_to, 0.45 * std::min(sound_a.rate, sound_b.rate));
+  const Analysed a = analyse(file_a, sound_a, result.up_to, options.constant_speed);
+  const Analysed b = analyse(file_b, sound_b, result.up_to, options.constant_speed);
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;

@@ -16,6 +16,7 @@
 #include "audio/ar/resample.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
+#include "audio/ar/speed.h"
 #include "audio/ar_fit.h"
 #include "audio/sound_file.h"
 #include "engine/base/error.h"
@@ -25,10 +26,13 @@ namespace typodont::audio {
 
 namespace {
 
+constexpr double kLowestCompared = 60;  // Hz, lower limit of the distances: the window cannot resolve less
 constexpr double kSilence = 1e-3;       // peak amplitude, -60 dB re full scale
 constexpr double kQuietBelowLoud = 40;  // dB below the loud part: quieter ends count as silence
 constexpr double kSteadyWithin = 3;     // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
+constexpr double kConstantSpeed = 0.002;         // range of the speed over its mean; smaller changes stay in the sound
+constexpr double kMostHeldOut = 0.9;             // fraction of the part
 constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
 
 double mean_power(std::span<const double> x) {
@@ -215,6 +219,25 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
+/// Compares the held-out samples with the model's expected spectrum `model` on the frequencies of report's distances.
+HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
+                 const std::vector<double>& model) {
+  HeldOut held;
+  held.to = report.to;
+  held.from = report.to - static_cast<double>(unseen.size()) / rate;
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
+  const auto power = welch(unseen, points, rate);
+  std::vector<double> measured;
+  for (std::size_t i = 0; i < report.frequencies.size(); ++i)
+    if (report.frequencies[i] >= kLowestCompared && report.frequencies[i] <= report.up_to)
+      measured.push_back(power[i + 1]);
+  held.distance_dB = log_spectral_distance(measured, model);
+  held.chance_dB = chance_distance(unseen.size(), points);
+  for (const ModelLine& line : report.model.lines)
+    held.line_variation.push_back(follow_line(unseen, rate, line.frequency).variation());
+  return held;
+}
+
 /// Lists the parts as "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
@@ -253,6 +276,10 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const std::optional<DrillPart> wanted = drill_part_named(options.part);
   if (!wanted && !options.part.empty()) {
     throw Error("--part", "", "\"" + options.part + "\"", "run-up, idle, load or run-down");
+  }
+
+  if (!(options.hold_out >= 0 && options.hold_out <= kMostHeldOut)) {
+    throw Error("--hold-out", "", fmt::to_string(options.hold_out), fmt::format("0 to {}", kMostHeldOut));
   }
 
   const Recording recording = read_recording(file);
@@ -320,11 +347,11 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
 
   // Check that the part of the recording can be fitted.
   const double model_rate = options.rate > 0 ? options.rate : rate;
-  const double samples_fitted = static_cast<double>(x.size()) * model_rate / rate;
+  const double samples_fitted = (1 - options.hold_out) * static_cast<double>(x.size()) * model_rate / rate;
   if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {
     throw Error(file.string(), "",
                 fmt::format("{:.0f} samples ({:.3f} s): too short for order {}", samples_fitted,
-                            static_cast<double>(x.size()) / rate, highest),
+                            samples_fitted / model_rate, highest),
                 fmt::format("at least {} samples, or an order of at most {}", kSamplesPerOrder * highest,
                             std::max(1, static_cast<int>(samples_fitted) / static_cast<int>(kSamplesPerOrder))));
   }
@@ -334,7 +361,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Remove hum, then convert to the model's rate.
+  // Remove hum, convert to the model's rate, remove changes of the spindle's speed.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -344,12 +371,34 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     x = resampled(x, rate, model_rate);
     report.notes.push_back(fmt::format("resampled from {:.0f} to {:.0f} Hz", rate, model_rate));
   }
-  if (const double level = fill_of_empty_band(x, model_rate); level > 0) {
+  const auto fill = [&] {
+    const double level = fill_of_empty_band(x, model_rate);
     GaussianNoise noise(1);
-    for (double& v : x) v += level * static_cast<double>(noise.next());
+    if (level > 0)
+      for (double& v : x) v += level * static_cast<double>(noise.next());
+    return level;
+  };
+  if (const double level = fill(); level > 0) {
     report.notes.push_back(
         fmt::format("empty band above what is audible filled with noise at {:.0f} dB", in_dB(level * level)));
   }
+  if (options.lines) {
+    const SpeedTrack speed = speed_of(x, model_rate);
+    for (std::size_t i = 0; i < speed.ratio.size(); ++i)
+      report.speed_times.push_back(static_cast<double>(i) * speed.step);
+    report.speed_ratio = speed.ratio;
+    if (speed.range() > kConstantSpeed) {
+      x = at_constant_speed(x, model_rate, speed);
+      fill();  // the interpolation leaves a band below half the rate empty
+      report.notes.push_back(
+          fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
+                      "{:.0f} Hz",
+                      100 * speed.range(), speed.frequency));
+    }
+  }
+  const auto fitted = static_cast<std::size_t>(std::llround((1 - options.hold_out) * static_cast<double>(x.size())));
+  const std::vector<double> unseen(x.begin() + static_cast<std::ptrdiff_t>(fitted), x.end());
+  x.resize(fitted);
   report.level_dB = in_dB(mean_power(x));
 
   // Separate the rotor's lines from the noise.
@@ -357,7 +406,10 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   ArModel& model = report.model;
   std::vector<TakenLine> taken;
   if (options.lines) taken = take_lines(x, model_rate);
-  for (const TakenLine& one : taken) model.lines.push_back(one.line);
+  for (const TakenLine& one : taken) {
+    model.lines.push_back(one.line);
+    report.line_variation.push_back(one.variation);
+  }
   const auto weights = window == Window::kNone ? std::vector<double>() : window_samples(window, x.size());
   Estimate estimate = yule         ? yule_walker(x, highest, weights)
                       : covariance ? modified_covariance(x, highest)
@@ -412,12 +464,13 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.model_dB[i] = in_dB(std::pow(10, report.model_dB[i] / 10) + lines[i + 1]);
   std::vector<double> unsmoothed;
   for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
-    if (report.frequencies[i] < 60 || report.frequencies[i] > report.up_to) continue;
+    if (report.frequencies[i] < kLowestCompared || report.frequencies[i] > report.up_to) continue;
     a.push_back(measured[i + 1]);
     b.push_back(seen[i + 1] + lines[i + 1]);
     unsmoothed.push_back(std::pow(10, report.model_dB[i] / 10));
   }
   report.distance_dB = log_spectral_distance(a, b);
+  if (options.hold_out > 0) report.held_out = compared(unseen, model_rate, report, b);
   report.unsmoothed_distance_dB = log_spectral_distance(a, unsmoothed);
   report.itakura_saito = itakura_saito(a, b);
   report.condition = direct_form_condition(model);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numeric>
+#include <utility>
 
 #include "audio/ar/estimate.h"
 #include "audio/ar/noise.h"
@@ -16,14 +17,16 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kProminence = 10;  // dB above the surroundings, smallest prominence of a line
-constexpr std::size_t kMostLines = 16;
+constexpr double kProminence = 10;              // dB above the surroundings, smallest prominence of a line
+constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
+constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
 constexpr double kDrift =
     1;  // s; slower changes of frequency are changes of the spindle's speed, no width of the spectral line
 constexpr double kLongestTrack = 60;  // s in the middle of a recording over which a line is followed
+constexpr double kFloorReach = 100;   // Hz, width of the strip on each side in which the noise is measured
 constexpr double kWeakNoise = 0.02;   // limit for the noise's variance of the amplitude over its squared mean
-constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz
+constexpr std::array kBandwidths = {80.0, 40.0, 20.0};  // Hz
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
 void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
@@ -60,18 +63,23 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
+  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width fills the missing power at every
+  // frequency: |1 - H|² plus its power response is 1 within 0.6 dB.
+  const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
-  std::vector<double> before = x;
-  GaussianNoise noise(1);
+  std::vector<double> noise(n);
+  GaussianNoise white(1);
   const double level = std::sqrt(floor * rate / 2);
-  for (double& v : before) v -= level * static_cast<double>(noise.next());
+  for (double& v : noise) v = level * static_cast<double>(white.next());
+  const std::vector<double> before = x;
   const double turns = frequency / rate;
   for (std::size_t at = 0; at < n; at += kPiece) {
     const std::size_t from = at > margin ? at - margin : 0, to = std::min(n, at + kPiece + margin);
-    const auto z = band_about(std::span(before).subspan(from, to - from), rate, frequency, bandwidth);
+    const auto taken = band_about(std::span(before).subspan(from, to - from), rate, frequency, bandwidth);
+    const auto given = band_about(std::span(noise).subspan(from, to - from), rate, frequency, noise_bandwidth);
     for (std::size_t i = at; i < std::min(n, at + kPiece); ++i) {
       const double phase = turns * static_cast<double>(i - from);
-      x[i] -= (z[i - from] * std::polar(1.0, 2 * kPi * (phase - std::floor(phase)))).real();
+      x[i] += ((given[i - from] - taken[i - from]) * std::polar(1.0, 2 * kPi * (phase - std::floor(phase)))).real();
     }
   }
 }
@@ -129,14 +137,14 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) beside a line: the median within 400 Hz of it.
-double floor_about(std::span<const double> x, double rate, double frequency) {
-  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 48000 * 2048));
-  const auto power = welch(x, points, rate);
-  const double bin = rate / static_cast<double>(points);
+/// Power density (1/Hz) next to a line that is followed in a band of this width: the median just outside the band.
+double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
+  const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
-  for (std::size_t i = 1; i < power.size(); ++i)
-    if (std::abs(static_cast<double>(i) * bin - frequency) < 400) around.push_back(power[i]);
+  for (std::size_t i = 1; i < power.size(); ++i) {
+    const double away = std::abs(static_cast<double>(i) * bin - frequency);
+    if (away >= nearest && away <= nearest + kFloorReach) around.push_back(power[i]);
+  }
   if (around.empty()) return 0;
   std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2), around.end());
   return around[around.size() / 2];
@@ -184,13 +192,14 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
   if (static_cast<double>(x.size()) < 0.2 * rate) return {};
   const auto most = static_cast<std::size_t>(kLongestTrack * rate);
   if (x.size() > most) x = x.subspan((x.size() - most) / 2, most);
-  const double floor = floor_about(x, rate, frequency);
+  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 2 * kLineWindow));
+  const auto power = welch(x, points, rate);
   LineTrack best;
   for (const double bandwidth : kBandwidths) {
     const auto z = band_about(x, rate, frequency, bandwidth);
     const std::size_t edge = std::min(3 * half_length(bandwidth, rate), x.size() / 4);
     LineTrack track = track_of(std::span(z).subspan(edge, x.size() - 2 * edge), rate, frequency, bandwidth);
-    track.floor = floor;
+    track.floor = floor_about(power, rate / static_cast<double>(points), frequency, bandwidth);
     if (track.amplitude_variance_of_noise() < kWeakNoise) return track;
     if (best.amplitude.empty() || track.variation() < best.variation()) best = std::move(track);
   }
@@ -199,15 +208,15 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  std::vector<double> tried;
-  for (const SpectralLine& found : spectral_lines(x, rate, kProminence)) {
+  std::vector<std::pair<double, double>> tried;  // Hz: frequency, and half the width of the band that belongs to it
+  for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
     // A fluctuating line has several peaks within its band.
-    const auto near = [&](double f) { return std::abs(f - found.frequency) < 2 * kBandwidths.front(); };
+    const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
-    tried.push_back(found.frequency);
     const LineTrack track = follow_line(x, rate, found.frequency);
-    if (!track.steady()) continue;
+    tried.emplace_back(found.frequency, 2 * track.bandwidth);
+    if (!track.steady() || std::abs(track.frequency - found.frequency) > track.bandwidth) continue;
     ModelLine line;
     line.frequency = track.frequency;
     line.amplitude = track.mean_amplitude();
@@ -217,7 +226,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
-    lines.push_back({std::move(line), root_mean_square(track.deviation)});
+    lines.push_back({std::move(line), root_mean_square(track.deviation), track.variation()});
   }
   return lines;
 }
@@ -225,7 +234,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
 std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, std::size_t n, double rate) {
   std::vector<double> power(n / 2 + 1);
   const double bin = rate / static_cast<double>(n);
-  for (const auto& [line, spread] : lines) {
+  for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
     // The line's frequency has a normal distribution; the Hann window of a sinusoid is known in closed form.

@@ -26,8 +26,13 @@ struct LineTrack {
   double variation() const;
   /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise. The threshold lies halfway between the two variations.
-  bool steady() const { return !amplitude.empty() && variation() < 0.3; }
+  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must be
+  /// weak enough to tell the two apart.
+  bool steady() const {
+    return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
+  }
+  static constexpr double kSteadyVariation = 0.3;  // between the variations of a sinusoid and of noise
+  static constexpr double kWeakestLine = 0.1;      // variance of the amplitude by noise, over its squared mean
 };
 
 /// Follows the line near `frequency` (Hz, an estimate) through the middle minute of the sound. Of the bandwidths from
@@ -39,6 +44,7 @@ struct TakenLine {
   ModelLine line;
   // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
   double spread = 0;
+  double variation = 0;  // LineTrack::variation() in the recording
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest

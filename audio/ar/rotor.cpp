@@ -7,8 +7,8 @@
 
 namespace typodont::audio {
 
-std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB) {
-  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 48000 * 2048));
+std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB, double window) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 2 * window));
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
   const auto reach = static_cast<std::ptrdiff_t>(std::lround(400 / bin));

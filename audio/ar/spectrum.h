@@ -28,6 +28,9 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 
 /// Log-spectral distance, dB: the root mean square of 10·log10(a/b).
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
+/// Log-spectral distance in dB that welch() of Gaussian noise has on average from the noise's true spectrum, for a
+/// sound of `count` samples and windows of n samples (Welch 1967: variance of overlapping Hann windows).
+double chance_distance(std::size_t count, std::size_t n);
 /// Itakura–Saito distance (1968): the mean of a/b − ln(a/b) − 1. Not symmetric; 0 for equal spectra.
 double itakura_saito(std::span<const double> a, std::span<const double> b);
 

@@ -9,22 +9,22 @@
 namespace typodont::audio {
 
 namespace {
-constexpr int kWarmUp = 4000;  // number of values after which a process that starts from zero is stationary
-}
+constexpr double kHighest = 0.45;  // of the sample rate; a line above is left out
+constexpr int kWarmUp = 4000;      // number of values after which a process that starts from zero is stationary
+}  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
-    : white_(seed), gain_(noise.gain), a_(step_up(noise.reflection)), past_(a_.size(), 0.0) {
+    : white_(seed), gain_(noise.gain), a_(step_up(noise.reflection)), past_(2 * a_.size(), 0.0) {
   for (int i = 0; i < kWarmUp; ++i) next();
 }
 
 double RunningNoise::next() noexcept {
   double value = gain_ * static_cast<double>(white_.next());
   const std::size_t n = a_.size();
-  for (std::size_t i = 0; i < n; ++i) value -= a_[i] * past_[(at_ + i) % n];
-  if (n > 0) {
-    at_ = (at_ + n - 1) % n;
-    past_[at_] = value;
-  }
+  if (n == 0) return value;
+  for (std::size_t i = 0; i < n; ++i) value -= a_[i] * past_[at_ + i];
+  at_ = (at_ + n - 1) % n;
+  past_[at_] = past_[at_ + n] = value;
   return value;
 }
 
@@ -37,24 +37,69 @@ void RotorLines::add(const ModelLine& line, double model_rate, const Factors& fa
                .step = std::max(1, static_cast<int>(std::lround(kLineStep * rate_ / model_rate)))};
   o.varies = o.amplitude_noise.next();
   o.wanders = o.frequency_noise.next();
-  o.phase = static_cast<double>(mixed(seed + 2) >> 11) * 0x1p-53;  // random phase in [0, 1)
+  o.varies_next = o.amplitude_noise.next();
+  o.wanders_next = o.frequency_noise.next();
+  o.phase = static_cast<std::uint32_t>(mixed(seed + 2));
   oscillators_.push_back(std::move(o));
 }
 
-float RotorLines::Oscillator::next(double speed, float power, double rate) noexcept {
-  if (left == 0) {
-    left = step;
-    varies_step = (amplitude_noise.next() - varies) / step;
-    wanders_step = (frequency_noise.next() - wanders) / step;
+void RotorLines::add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out,
+                     int count) noexcept {
+  for (Oscillator& o : oscillators_) {
+    float power[kMost] = {};
+    for (std::size_t t = 0; t < kTissueCount; ++t) {
+      if (!active[t]) continue;
+      const float factor = o.factors[t];
+      for (int i = 0; i < count; ++i) {
+        const float gain = gains[t][i] * factor;
+        power[i] += gain * gain;
+      }
+    }
+    o.add(speeds, power, out, count, rate_);
   }
-  --left;
-  varies += varies_step;
-  wanders += wanders_step;
-  const double turns = std::max(0.0, frequency + wanders) * speed / rate;
-  phase += turns;
-  phase -= std::floor(phase);
-  if (turns >= 0.45 || power == 0) return 0;
-  return amplitude * std::max(0.0f, 1 + static_cast<float>(varies)) * std::sqrt(power) * sine_of_turns(phase);
+}
+
+void RotorLines::Oscillator::add(const double* speeds, const float* power, float* out, int count,
+                                 double rate) noexcept {
+  // Every loop except that of the phase has independent iterations, so that the compiler uses vectors.
+  while (count > 0) {
+    if (since == step) {
+      since = 0;
+      varies = varies_next;
+      wanders = wanders_next;
+      varies_next = amplitude_noise.next();
+      wanders_next = frequency_noise.next();
+    }
+    const int n = std::min(count, step - since);
+    const auto per_hertz = static_cast<float>(0x1p32 / rate);  // phase that 1 Hz advances in a sample
+    const auto highest = static_cast<float>(kHighest * rate);
+    const auto hertz = static_cast<float>(frequency + wanders);
+    const auto hertz_slope = static_cast<float>((wanders_next - wanders) / step);
+    const auto base = static_cast<float>(1 + varies);
+    const auto slope = static_cast<float>((varies_next - varies) / step);
+    std::int32_t advance[kMost];
+    float amplitudes[kMost];
+    for (int i = 0; i < n; ++i) {
+      const float f =
+          std::max(0.0f, hertz + hertz_slope * static_cast<float>(since + i)) * static_cast<float>(speeds[i]);
+      advance[i] = static_cast<std::int32_t>(f < highest ? f * per_hertz : 0.0f);
+    }
+    for (int i = 0; i < n; ++i) {
+      const float varied = std::max(0.0f, base + slope * static_cast<float>(since + i));
+      const float heard = advance[i] > 0 ? amplitude : 0.0f;
+      amplitudes[i] = heard * varied * std::sqrt(power[i]);
+    }
+    for (int i = 0; i < n; ++i) {
+      phase += static_cast<std::uint32_t>(advance[i]);
+      advance[i] = static_cast<std::int32_t>(phase);
+    }
+    for (int i = 0; i < n; ++i) out[i] += amplitudes[i] * sine_of_half_turns(static_cast<float>(advance[i]) * 0x1p-31f);
+    speeds += n;
+    power += n;
+    out += n;
+    count -= n;
+    since += n;
+  }
 }
 
 }  // namespace typodont::audio

@@ -20,7 +20,8 @@ class RunningNoise {
  private:
   GaussianNoise white_;
   double gain_;
-  std::vector<double> a_, past_;  // past_: ring buffer
+  std::vector<double> a_;
+  std::vector<double> past_;  // ring buffer, stored twice in a row, so that a window of it is contiguous
   std::size_t at_ = 0;
 };
 
@@ -35,35 +36,23 @@ class RotorLines {
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain of tissue t's
-  /// sound, read only if active[t]. The idle sound is that of tissue air.
-  template <std::size_t kLength>
-  void add(const double* speeds, const float (*gains)[kLength], const bool* active, float* out, int count) noexcept {
-    for (Oscillator& o : oscillators_) {
-      for (int i = 0; i < count; ++i) {
-        float power = 0;
-        for (std::size_t t = 0; t < kTissueCount; ++t) {
-          if (active[t]) power += square(gains[t][i] * o.factors[t]);
-        }
-        out[i] += o.next(speeds[i], power, rate_);
-      }
-    }
-  }
+  /// Adds the next samples, at most kMost, to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain
+  /// of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
+  static constexpr int kMost = 64;
+  void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
  private:
-  static float square(float x) noexcept { return x * x; }
-
   struct Oscillator {
     double frequency;  // Hz at speed 1
     float amplitude;
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
-    int step;  // device samples between two values of the line noises
-    int left = 0;
-    double phase = 0;                      // turns
-    double varies = 0, varies_step = 0;    // relative amplitude, and its change per sample
-    double wanders = 0, wanders_step = 0;  // Hz
-    float next(double speed, float power, double rate) noexcept;
+    int step;                              // device samples between two values of the line noises
+    int since = 0;                         // samples since the last values
+    std::uint32_t phase = 0;               // 2^-32 turns
+    double varies = 0, varies_next = 0;    // relative amplitude: the last value and the next one
+    double wanders = 0, wanders_next = 0;  // Hz
+    void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;
   };
 
   double rate_;

@@ -122,9 +122,9 @@ TEST_F(SoundCommand, FitsARecordingAndTheModelHasItsSpectrum) {
   ASSERT_EQ(fit.status, 0) << fit.err;
   const Json report = Json::parse(fit.out, "report");
   EXPECT_EQ(report["order"].integer(), 300);
-  EXPECT_LT(report["log_spectral_distance_dB"].number(), 1.0);
+  EXPECT_LT(report["log_spectral_distance_dB"].number(), 0.5);
   ASSERT_EQ(run("synth " + path("m.json") + " --seconds 20 --out " + path("m.wav")).status, 0);
-  const auto same = run("compare " + kMicromotor + " " + path("m.wav") + " --at-most-db 1 --json");
+  const auto same = run("compare " + kMicromotor + " " + path("m.wav") + " --constant-speed --at-most-db 0.6 --json");
   EXPECT_EQ(same.status, 0) << same.err;
   const Json compared = Json::parse(same.out, "comparison");
   EXPECT_LT(std::abs(compared["level_difference_dB"].number()), 0.5);
@@ -171,8 +171,8 @@ TEST_F(SoundCommand, KeepsTheSpectrumAtEveryRate) {
                   path("r.wav"))
                   .status,
               0);
-    const auto c = compare_sounds(kMicromotor, folder_ / "r.wav");
-    EXPECT_LT(c.distance_dB, 1.0) << rate;
+    const auto c = compare_sounds(kMicromotor, folder_ / "r.wav", {.constant_speed = true});
+    EXPECT_LT(c.distance_dB, 1.5) << rate;  // the analysis windows of two rates place a narrow line differently
     EXPECT_EQ(c.b.rate, std::atof(rate));
   }
 }

@@ -6,6 +6,7 @@
 #include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
+#include "audio/ar_fit.h"
 #include "audio/drill_synth.h"
 #include "audio/tick_voice.h"
 #include "audio/voice/derive.h"
@@ -141,6 +142,22 @@ TEST(DrillSynth, SoundsALineAsASinusoidThatVariesAsMuchAsTheModels) {
   EXPECT_NEAR(heard.frequency, 3200, 3);
   EXPECT_NEAR(heard.mean_amplitude(), 0.05, 0.003);
   EXPECT_NEAR(heard.own_variation(), 0.17, 0.034);  // within 20 %; noise of the same spectrum varies by 0.52
+}
+
+// The lines of a real drill: each varies in the output as it does in the recording, both measured in the same way.
+TEST(DrillSynth, SoundsEachLineOfTheMicromotorAsUnsteadyAsItsRecording) {
+  const FitReport report = fit_recording("assets/sounds/micromotor_steady.wav", {});
+  ASSERT_GE(report.model.lines.size(), 8u);
+  SoundModels models;
+  models.idle = report.model;
+  models.free_speed = kFree;
+  const auto y = voiced({state(0, 1)}, 20, 256, models);
+  for (std::size_t i = 0; i < report.model.lines.size(); ++i) {
+    const double frequency = report.model.lines[i].frequency, recorded = report.line_variation[i];
+    const LineTrack heard = follow_line(part(y, 0, 20), kRate, frequency);
+    EXPECT_NEAR(heard.frequency, frequency, 3);
+    EXPECT_NEAR(heard.variation(), recorded, 0.2 * recorded) << frequency << " Hz";
+  }
 }
 
 TEST(DrillSynth, LowersALineWithTheSpindle) {

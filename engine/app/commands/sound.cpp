@@ -33,7 +33,7 @@ void check_range(const char* option, double value, double low, double high) {
 }
 
 struct FitCommand {
-  std::string input, out, spectrum;
+  std::string input, out, spectrum, speed;
   audio::FitOptions options;
   double spindle_krpm = 0;
   bool json = false, no_trim = false, no_lines = false;
@@ -55,6 +55,14 @@ void run_fit(FitCommand c) {
       text += fmt::format("{:.3f},{:.3f},{:.3f}\n", report.frequencies[i], report.recording_dB[i], report.model_dB[i]);
     }
     write_file_atomically(c.spectrum, text, FileKind::kTable);
+  }
+  if (!c.speed.empty()) {
+    if (report.speed_ratio.empty()) throw Error(c.input, "--speed", "no steady line", "a line that shows the speed");
+    if (model.spindle == 0) throw Error(c.input, "--speed", "no harmonic series", "--spindle-krpm");
+    std::string text = "t_s,spindle_krpm\n";
+    for (std::size_t i = 0; i < report.speed_ratio.size(); ++i)
+      text += fmt::format("{:.6f},{:.6f}\n", report.speed_times[i], report.speed_ratio[i] * model.spindle / kKrpm);
+    write_file_atomically(c.speed, text, FileKind::kTable);
   }
   write_file_atomically(c.out, audio::to_json(model), FileKind::kJson);
   if (report.distance_dB > 1) {
@@ -96,6 +104,13 @@ void run_fit(FitCommand c) {
       j["parts"].push_back(
           {{"part", audio::name_of(part.part)}, {"from_s", part.from}, {"to_s", part.to}, {"level_dB", part.level_dB}});
     }
+    if (const auto& held = report.held_out) {
+      j["held_out"] = {{"from_s", held->from},
+                       {"to_s", held->to},
+                       {"log_spectral_distance_dB", held->distance_dB},
+                       {"chance_dB", held->chance_dB},
+                       {"line_variation", held->line_variation}};
+    }
     j["hum_Hz"] = report.hum;
     j["notes"] = report.notes;
     fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
@@ -116,6 +131,16 @@ void run_fit(FitCommand c) {
     fmt::print("  line            {:.1f} Hz, amplitude {:.1f} dB, varies by {:.0f} % and {:.1f} Hz\n", line.frequency,
                20 * std::log10(line.amplitude), 100 * line.amplitude_noise.deviation(),
                line.frequency_noise.deviation());
+  }
+  if (const auto& held = report.held_out) {
+    fmt::print("  held out        {:.2f} to {:.2f} s: {:.2f} dB from the model, {:.2f} dB of it by chance\n",
+               held->from, held->to, held->distance_dB, held->chance_dB);
+    for (std::size_t i = 0; i < model.lines.size(); ++i) {
+      fmt::print(
+          "                  line {:.1f} Hz with the noise in its band varies by {:.0f} %, {:.0f} % in the fitted "
+          "part\n",
+          model.lines[i].frequency, 100 * held->line_variation[i], 100 * report.line_variation[i]);
+    }
   }
   if (model.spindle > 0) {
     fmt::print("  spindle         {:.1f} krpm{}\n", model.spindle / kKrpm,
@@ -238,7 +263,8 @@ void run_synth(const SynthCommand& c) {
 
 struct CompareCommand {
   std::string a, b;
-  double up_to = 16000, at_most = 0;
+  audio::CompareOptions options;
+  double at_most = 0;
   bool json = false;
 };
 
@@ -250,8 +276,8 @@ ordered_json as_json(const audio::SoundMeasure& m) {
 }
 
 void run_compare(const CompareCommand& c) {
-  check_range("--up-to-hz", c.up_to, 200, 200000);
-  const auto r = audio::compare_sounds(c.a, c.b, c.up_to);
+  check_range("--up-to-hz", c.options.up_to, 200, 200000);
+  const auto r = audio::compare_sounds(c.a, c.b, c.options);
   if (c.json) {
     ordered_json j;
     j["log_spectral_distance_dB"] = r.distance_dB;
@@ -337,6 +363,9 @@ void add_sound_command(cli::Command& app) {
   f->add_option("--name", fit->options.name, "Name of the model");
   f->add_option("--source", fit->options.source, "Where the recording comes from");
   f->add_option("--licence", fit->options.licence, "The recording's licence");
+  f->add_option("--hold-out", fit->options.hold_out, "Fraction at the end to compare with, and not to fit");
+  f->add_option("--speed", fit->speed, "CSV of the spindle's speed over time to write (a contact file)")
+      ->check(cli::writes({FileKind::kTable}));
   f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write")->check(cli::writes({FileKind::kTable}));
   f->add_flag("--json", fit->json, "Print the report as JSON");
   f->footer(
@@ -368,7 +397,9 @@ void add_sound_command(cli::Command& app) {
   cli::Command* p = sound->add_command("compare", "Compare two sounds: spectra, level, tones");
   p->add_option("a", compare->a, "Sound file")->required();
   p->add_option("b", compare->b, "Sound file")->required();
-  p->add_option("--up-to-hz", compare->up_to, "Highest frequency compared")->show_default();
+  p->add_option("--up-to-hz", compare->options.up_to, "Highest frequency compared")->show_default();
+  p->add_flag("--constant-speed", compare->options.constant_speed,
+              "Remove changes of the spindle's speed first, measured on a steady line");
   p->add_option("--at-most-db", compare->at_most, "Exit with 1 when the log-spectral distance is larger");
   p->add_flag("--json", compare->json, "Print the comparison as JSON");
   p->footer("Example:\n  typodont sound compare recording.wav model.wav --at-most-db 1");
