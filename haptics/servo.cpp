@@ -76,6 +76,7 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
   travel = model->travel();
   turns_matter = model->turns_matter();
   limits.law = law_for(settings);
+  if (settings.soft) soft = std::make_unique<SoftTissue>(settings.soft, tools, settings.stiffness);
 }
 
 void Servo::State::rest(TickData& now, bool valid) noexcept {
@@ -98,6 +99,8 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
       limits.last_spindle_torque = dvec3(0);
   coupling.normal_force = coupling.head_force = coupling.pressing = 0;
   coupling.friction = {};
+  if (soft) soft->release();
+  soft_contact = {};
 }
 
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
@@ -141,7 +144,7 @@ void Servo::State::change_tool(TickData& now) noexcept {
   const bool stands =
       std::abs(now.out.pedal) <= kPedalUp && std::abs(cutting.speed) <= kPedalUp * std::abs(free_speed());
   if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.sunk <= 0 &&
-        model->may_change_tool(wanted, {motion.X_WG.p, now.X_WT.R}))) {
+        !(soft && soft->touching()) && model->may_change_tool(wanted, {motion.X_WG.p, now.X_WT.R}))) {
     return;
   }
   in_hand = now.out.tool = wanted;
@@ -265,6 +268,17 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   out.faults = now.faults;
 }
 
+void Servo::State::report_soft(ContactTick& now) noexcept {
+  if (!now.soft.touching) return;
+  ServoTick& out = now.out;
+  out.X_WG.p += now.soft.yielded;
+  out.depth = glm::length(out.X_WG.p - out.X_WT.p);
+  if (out.tissue != Tissue::kAir) return;  // hard tissue also holds the tool
+  out.tissue = Tissue::kGingiva;
+  const double push = glm::length(now.soft.force);
+  if (push > 0) out.n_C_W = now.soft.force / push;
+}
+
 Servo::Servo(const ServoSettings& settings) : state_(std::make_unique<State>(settings)) {}
 Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
@@ -280,6 +294,10 @@ void Servo::ramp_out() noexcept {
 
 const Snapshot& Servo::snapshot() const noexcept {
   return *state_->snapshot;
+}
+
+SoftTissue* Servo::soft() noexcept {
+  return state_->soft.get();
 }
 
 void Servo::adopt(Snapshot& fresh) noexcept {
@@ -329,7 +347,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.account(now, turns);
   s.run_spindle(now);
   if (hand.tool != s.in_hand) s.change_tool(now);
-  if (s.move_free(now)) return false;
+  if ((!s.soft || s.soft->at_rest(now.X_WT, s.in_hand)) && s.move_free(now)) return false;
   s.motion.room = 0;
 
   ContactTick touch(now);
@@ -343,6 +361,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   s.feel(touch);
   s.sink_tip(touch);
+  s.press_soft(touch);
   s.vibrate(touch);
   out.f_model_W = touch.force + touch.spindle_force;
   if (settings.filter != ForceFilter::kNone) {
@@ -351,6 +370,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.limit(touch);
   const dvec3 felt_torque = s.keep_passive(touch);
   s.remember(touch, felt_torque);
+  s.report_soft(touch);
   return removed;
 }
 

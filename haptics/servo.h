@@ -18,6 +18,8 @@
 namespace typodont::haptics {
 
 class ContactMethod;
+class SoftSurface;
+class SoftTissue;
 
 /// Everything that the servo needs before its first tick. SI units.
 struct ServoSettings {
@@ -48,6 +50,7 @@ struct ServoSettings {
   VoxelFrame frame;                             // frame of the tissue volume
   std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
   std::shared_ptr<const ContactMethod> method;  // contact method; null: default_contact_method()
+  std::shared_ptr<const SoftSurface> soft;      // soft tissue around the tooth (soft_tissue.h); null: none
 };
 
 /// The tools of a session. ServoTick::tool, Cut::tool and HandSample::tool are indices into this list.
@@ -100,6 +103,9 @@ class Servo {
 
   /// The snapshot in use.
   const Snapshot& snapshot() const noexcept;
+
+  /// The soft tissue; null if the settings have none. Servo thread.
+  SoftTissue* soft() noexcept;
 
  private:
   struct State;

@@ -243,6 +243,30 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
   now.torque = dvec3(0);
 }
 
+void Servo::State::press_soft(ContactTick& now) noexcept {
+  if (!soft) return;
+  const Pose X_WG{now.p_held, now.contact.holds_turn ? now.contact.R_WG : now.X_WT.R};
+  if (soft->at_rest(X_WG, in_hand)) {
+    soft_contact = {};
+    return;
+  }
+  const bool turns = now.in.cuts && !now.in.scrapes;
+  const double cutting_speed = turns ? tool().cutting_coefficient * std::abs(now.spindle.speed) * tool().radius() : 0.0;
+  now.soft = soft->tick({now.hand.t, now.dt, X_WG, in_hand, cutting_speed});
+  now.force += now.soft.force;
+  now.stored += now.soft.stored;
+  const double push = glm::length(now.soft.force);
+  const dvec3 p = X_WG.p + now.soft.yielded;
+  if (settings.friction && !turns && push > 0) {
+    const double coefficient = soft->surface().law().friction;
+    now.force += friction_force({coefficient, 0.75 * coefficient, settings.stiffness}, p, soft_contact.p,
+                                now.soft.force / push, push, soft_contact.friction);
+  } else {
+    soft_contact.friction = {};
+  }
+  soft_contact.p = p;
+}
+
 /// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies its energy, so the
 /// ledger counts it with the spindle's. The band is limited so that a period has at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {

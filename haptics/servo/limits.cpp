@@ -18,7 +18,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     if (over > 0) now.force -= change * (std::min(over, P::lag_limit) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
-  if (!now.contact.touching && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
+  if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
   l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
@@ -79,7 +79,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // After the contact, the allowed energy is not demanded back: a ledger in debt would allow no force. A debt above
   // most_debt() is forgiven too, whatever its cause. Late ticks, for example, hold a force for longer than expected.
   const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
-  if (!now.contact.touching && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
+  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);

@@ -14,6 +14,7 @@
 #include "haptics/coupling/velocity_estimator.h"
 #include "haptics/servo.h"
 #include "haptics/servo/parameters.h"
+#include "haptics/soft_tissue.h"
 
 namespace typodont::haptics {
 
@@ -44,6 +45,9 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J stored in the coupling
+  SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
+  /// True if the tool touches hard or soft tissue.
+  bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
 /// The passivity law for these settings. In a scene n times larger, with an n times softer coupling, the forces are
@@ -123,6 +127,12 @@ struct Servo::State {
     double teeth_energy = 0;       // J that the teeth gave the hand so far
   };
 
+  /// State of the friction on soft tissue.
+  struct SoftContact {
+    FrictionState friction;
+    dvec3 p{0};  // m, position of the tool in the last contact
+  };
+
   ServoSettings settings;
   std::span<const Tool> tools;  // tools in the settings
   std::uint32_t in_hand = 0;
@@ -134,6 +144,8 @@ struct Servo::State {
   Cutting cutting;
   Coupling coupling;
   Limits limits;
+  std::unique_ptr<SoftTissue> soft;  // null: the scene has no soft tissue
+  SoftContact soft_contact;
   ServoTick sums;  // running totals: index, removed, energy, spindle_energy, cuts
 
   explicit State(const ServoSettings& s);
@@ -172,6 +184,8 @@ struct Servo::State {
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
+  /// Adds the contact with soft tissue to the published tick.
+  void report_soft(ContactTick& now) noexcept;
 
   // servo/cutting.cpp
   /// The spindle's free speed follows the pedal with the time constant run_up_time.
@@ -186,6 +200,8 @@ struct Servo::State {
   void feel(ContactTick& now) noexcept;
   /// A sharp tip in softened tissue: it sinks under a push and sticks on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
+  /// Soft tissue yields under the tool and pushes it away.
+  void press_soft(ContactTick& now) noexcept;
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
 

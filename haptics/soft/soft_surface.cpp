@@ -1,0 +1,184 @@
+// The resting surface of soft tissue: surface nets on the distance function, one point per cell that the surface
+// crosses (Gibson 1998, "Constrained elastic surface nets").
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "haptics/soft_tissue.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kCell = 1e-3;              // m, side of the cells in which points are looked up
+constexpr double kLeastThickness = 0.2e-3;  // m; a thinner layer counts as this thick
+constexpr std::size_t kMostCells = 1u << 24;
+
+/// Lattice of samples of the distance function.
+struct Lattice {
+  dvec3 lo;
+  double step;
+  glm::ivec3 size;  // samples
+  std::size_t index(const glm::ivec3& i) const {
+    return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
+           static_cast<std::size_t>(i.z);
+  }
+  dvec3 at(const glm::ivec3& i) const { return lo + step * dvec3(i); }
+};
+
+dvec3 gradient_at(const std::function<double(const dvec3&)>& distance, const dvec3& p, double step) {
+  dvec3 slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    dvec3 along(0);
+    along[axis] = step;
+    slope[axis] = (distance(p + along) - distance(p - along)) / (2 * step);
+  }
+  return slope;
+}
+
+}  // namespace
+
+SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
+                         const std::function<double(const dvec3&)>& distance,
+                         const std::function<bool(const dvec3&)>& hidden)
+    : law_(law), lo_(lo) {
+  const Lattice lattice{lo, law.spacing, glm::ivec3(glm::ceil((hi - lo) / law.spacing)) + 1};
+  const dvec3 size(lattice.size);
+  if (!(size.x * size.y * size.z < static_cast<double>(kMostCells)))
+    throw std::invalid_argument("soft surface too large");
+  std::vector<float> sample(static_cast<std::size_t>(lattice.size.x) * lattice.size.y * lattice.size.z);
+  glm::ivec3 i;
+  for (i.x = 0; i.x < lattice.size.x; ++i.x)
+    for (i.y = 0; i.y < lattice.size.y; ++i.y)
+      for (i.z = 0; i.z < lattice.size.z; ++i.z) sample[lattice.index(i)] = static_cast<float>(distance(lattice.at(i)));
+
+  // One point for each cell with both signs, at the mean of the crossings of its edges, moved onto the surface.
+  std::vector<std::int32_t> point_of(sample.size(), -1);
+  for (i.x = 0; i.x + 1 < lattice.size.x; ++i.x)
+    for (i.y = 0; i.y + 1 < lattice.size.y; ++i.y)
+      for (i.z = 0; i.z + 1 < lattice.size.z; ++i.z) {
+        dvec3 sum(0);
+        int crossings = 0;
+        for (int axis = 0; axis < 3; ++axis)
+          for (int corner = 0; corner < 4; ++corner) {
+            glm::ivec3 a = i;
+            a[(axis + 1) % 3] += corner & 1, a[(axis + 2) % 3] += corner >> 1;
+            glm::ivec3 b = a;
+            ++b[axis];
+            const double da = sample[lattice.index(a)], db = sample[lattice.index(b)];
+            if ((da < 0) == (db < 0)) continue;
+            sum += glm::mix(lattice.at(a), lattice.at(b), da / (da - db));
+            ++crossings;
+          }
+        if (crossings == 0) continue;
+        Point point;
+        point.p_W = sum / static_cast<double>(crossings);
+        const dvec3 slope = gradient_at(distance, point.p_W, 0.25 * law.spacing);
+        const double steep = glm::length(slope);
+        if (!(steep > 1e-3)) continue;
+        point.n_W = slope / steep;
+        const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
+        point.p_W -= off * point.n_W;
+        if (hidden(point.p_W)) continue;
+        const double step = 0.1e-3;  // m
+        double deep = step;
+        while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
+               !hidden(point.p_W - deep * point.n_W)) {
+          deep += step;
+        }
+        point.thickness = std::clamp(deep, kLeastThickness, std::max(law.thickness, kLeastThickness));
+        point_of[lattice.index(i)] = static_cast<std::int32_t>(points_.size());
+        points_.push_back(point);
+      }
+
+  // Each lattice edge with both signs has a quad through the four cells around it. A quad gives its area to its
+  // corners. Its sides link neighbours, like the edges of a membrane with the tension T = G h / 3 (N/m), where G = E /
+  // 3 is the shear modulus: the Pasternak foundation of a layer that is fixed at its bottom.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
+  for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
+    for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
+      for (i.z = 1; i.z + 1 < lattice.size.z; ++i.z)
+        for (int axis = 0; axis < 3; ++axis) {
+          glm::ivec3 next = i;
+          ++next[axis];
+          if ((sample[lattice.index(i)] < 0) == (sample[lattice.index(next)] < 0)) continue;
+          glm::ivec3 u(0), v(0);
+          u[(axis + 1) % 3] = 1, v[(axis + 2) % 3] = 1;
+          const std::int32_t corner[4] = {point_of[lattice.index(i)], point_of[lattice.index(i - u)],
+                                          point_of[lattice.index(i - u - v)], point_of[lattice.index(i - v)]};
+          if (std::min({corner[0], corner[1], corner[2], corner[3]}) < 0) continue;
+          const auto p = [&](int k) { return points_[static_cast<std::size_t>(corner[k])].p_W; };
+          const double area = glm::length(glm::cross(p(2) - p(0), p(3) - p(1))) / 2;
+          for (int k = 0; k < 4; ++k) {
+            const auto a = static_cast<std::uint32_t>(corner[k]), b = static_cast<std::uint32_t>(corner[(k + 1) % 4]);
+            points_[a].area += area / 4;
+            const double length = glm::length(p(k) - p((k + 1) % 4));
+            if (!(length > 0.05 * law.spacing)) continue;
+            const double h = (points_[a].thickness + points_[b].thickness) / 2;
+            tension[std::minmax(a, b)] += law.elastic_modulus * h / 9 * area / (2 * length * length);
+          }
+        }
+  const double least_area = 0.1 * law.spacing * law.spacing;  // m², for points at the edge of the box
+  for (Point& point : points_) point.area = std::max(point.area, least_area);
+
+  std::vector<std::vector<Link>> links(points_.size());
+  for (const auto& [pair, t] : tension) {
+    links[pair.first].push_back({pair.second, t});
+    links[pair.second].push_back({pair.first, t});
+  }
+  first_link_.push_back(0);
+  for (const std::vector<Link>& of_point : links) {
+    links_.insert(links_.end(), of_point.begin(), of_point.end());
+    first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+  }
+  cells_ = glm::max(glm::ivec3(glm::ceil((hi - lo) / kCell)), glm::ivec3(1));
+  build_cells();
+}
+
+void SoftSurface::build_cells() {
+  const std::size_t count = static_cast<std::size_t>(cells_.x) * cells_.y * cells_.z;
+  cell_first_.assign(count + 1, 0);
+  for (const Point& point : points_) ++cell_first_[cell_index(cell_of(point.p_W)) + 1];
+  for (std::size_t c = 0; c < count; ++c) cell_first_[c + 1] += cell_first_[c];
+  cell_points_.resize(points_.size());
+  std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
+  for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
+
+  // Distance between two cells, from the cells with points outward. The true distance between positions in them is less
+  // by at most one diagonal of a cell.
+  std::vector<glm::ivec3> occupied;
+  glm::ivec3 c;
+  for (c.x = 0; c.x < cells_.x; ++c.x)
+    for (c.y = 0; c.y < cells_.y; ++c.y)
+      for (c.z = 0; c.z < cells_.z; ++c.z)
+        if (cell_first_[cell_index(c)] < cell_first_[cell_index(c) + 1]) occupied.push_back(c);
+  cell_clearance_.assign(count, std::numeric_limits<float>::max());
+  for (c.x = 0; c.x < cells_.x; ++c.x)
+    for (c.y = 0; c.y < cells_.y; ++c.y)
+      for (c.z = 0; c.z < cells_.z; ++c.z) {
+        int nearest = std::numeric_limits<int>::max();
+        for (const glm::ivec3& o : occupied) {
+          const glm::ivec3 gap = glm::max(glm::abs(o - c) - 1, glm::ivec3(0));  // whole cells between the two
+          nearest = std::min(nearest, gap.x * gap.x + gap.y * gap.y + gap.z * gap.z);
+        }
+        if (!occupied.empty())
+          cell_clearance_[cell_index(c)] = static_cast<float>(kCell * std::sqrt(static_cast<double>(nearest)));
+      }
+}
+
+glm::ivec3 SoftSurface::cell_of(const dvec3& p_W) const noexcept {
+  const dvec3 at = glm::clamp((p_W - lo_) / kCell, dvec3(0), dvec3(cells_) - 0.5);
+  return glm::ivec3(at);
+}
+
+double SoftSurface::clearance(const dvec3& p_W) const noexcept {
+  if (points_.empty()) return std::numeric_limits<double>::max();
+  const dvec3 hi = lo_ + kCell * dvec3(cells_);
+  const dvec3 off = glm::max(glm::max(lo_ - p_W, p_W - hi), dvec3(0));
+  return std::max(glm::length(off), static_cast<double>(cell_clearance_[cell_index(cell_of(p_W))]) - glm::length(off));
+}
+
+}  // namespace typodont::haptics

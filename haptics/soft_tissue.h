@@ -1,0 +1,228 @@
+// Soft tissue around the working tooth, for example gum: it yields under an instrument, pushes back, and returns. A
+// rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/base/clock.h"
+#include "engine/base/pose.h"
+#include "haptics/tool.h"
+
+namespace typodont::haptics {
+
+/// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
+struct SoftLaw {
+  double elastic_modulus = 1e6;  // Pa
+  double thickness = 2e-3;       // m, of the soft layer on bone; where the tissue is thinner, its own thickness counts
+  double return_time = 0.2;      // s, time constant with which the tissue returns after release
+  double friction = 0.1;         // Coulomb coefficient of a tool that does not rotate
+  double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove the tissue
+  double spacing = 0.35e-3;         // m, distance between the simulated points
+  double bleeding_depth = 0.25e-3;  // m, depth of a cut from which it bleeds
+  double blood_radius = 2.5e-3;     // m, final radius of the wet patch around a wound
+  double blood_time = 8;            // s, time constant with which the patch grows
+};
+
+/// The resting surface of the soft tissue as points with normals, areas, thicknesses and neighbours. Immutable after
+/// construction; any thread.
+class SoftSurface {
+ public:
+  struct Point {
+    dvec3 p_W{0};          // m
+    dvec3 n_W{0, 0, 1};    // unit, out of the tissue
+    double area = 0;       // m²
+    double thickness = 0;  // m, of the layer below the point
+  };
+  struct Link {
+    std::uint32_t point = 0;  // the neighbour
+    double tension = 0;       // N/m, force per difference of the two displacements
+  };
+  /// `distance`: distance function of the tissue in W, m, negative inside; accurate near the surface. `hidden`: true
+  /// where another body covers the tissue, so that no instrument reaches it. Points are made in the box from `lo` to
+  /// `hi` (m, W). Throws std::invalid_argument if the box has more than 16 million cells of SoftLaw::spacing.
+  SoftSurface(
+      const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
+      const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
+
+  const SoftLaw& law() const { return law_; }
+  std::span<const Point> points() const { return points_; }
+  std::span<const Link> links(std::size_t point) const {
+    return std::span(links_).subspan(first_link_[point], first_link_[point + 1] - first_link_[point]);
+  }
+  /// Lower bound of the distance from p to the nearest point, m. 0 or more.
+  double clearance(const dvec3& p_W) const noexcept;
+  /// Calls `visit(point)` for each point in the cells that overlap the box from `lo` to `hi`.
+  template <class Visit>
+  void each_near(const dvec3& lo, const dvec3& hi, Visit&& visit) const noexcept {
+    const glm::ivec3 first = cell_of(lo), last = cell_of(hi);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) {
+          const std::size_t cell = cell_index({x, y, z});
+          for (std::uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; ++i) visit(cell_points_[i]);
+        }
+  }
+
+ private:
+  void build_cells();
+  glm::ivec3 cell_of(const dvec3& p_W) const noexcept;
+  std::size_t cell_index(const glm::ivec3& cell) const noexcept {
+    return (static_cast<std::size_t>(cell.x) * cells_.y + static_cast<std::size_t>(cell.y)) * cells_.z +
+           static_cast<std::size_t>(cell.z);
+  }
+
+  SoftLaw law_;
+  std::vector<Point> points_;
+  std::vector<std::uint32_t> first_link_;
+  std::vector<Link> links_;
+  dvec3 lo_{0};
+  glm::ivec3 cells_{0};
+  std::vector<std::uint32_t> cell_first_, cell_points_;
+  std::vector<float> cell_clearance_;  // m, lower bound for each position in the cell
+};
+
+/// A place where a cut of the soft tissue bleeds.
+struct SoftWound {
+  Nanos t = 0;   // time at which it began to bleed
+  dvec3 p_W{0};  // m
+};
+/// Radius of the wet patch around a wound, m, `age` seconds after it began to bleed.
+double blood_radius(const SoftLaw& law, double age) noexcept;
+
+/// New state of one point, for a picture.
+struct SoftMove {
+  std::uint32_t point = 0;  // index in SoftSurface::points()
+  float inward = 0;         // m, displacement against the point's normal, including the cut
+};
+
+/// The soft tissue in motion. Servo thread only; tick() is noexcept and never allocates. Deterministic: equal input
+/// gives equal bits.
+class SoftTissue {
+ public:
+  /// Limit of the points that move at the same time. Further points stay at rest until another point has returned.
+  static constexpr std::size_t kMaxActive = 512;
+  static constexpr std::size_t kMaxWounds = 16;
+
+  /// `tools`: the tools of the session, in their order; must outlive this object. `coupling`: N/m, stiffness between
+  /// the hand and the tool.
+  SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<const Tool> tools, double coupling);
+
+  struct Input {
+    Nanos t = 0;
+    double dt = 1e-3;        // s
+    Pose X_WG;               // pose of the tool as the hand and the hard tissue determine it
+    std::uint32_t tool = 0;  // index among the tools
+    double cutting = 0;      // m/s, cutting speed of the bur's rim times its cutting coefficient; 0: it does not cut
+  };
+  struct Output {
+    dvec3 force{0};     // N, on the tool
+    dvec3 yielded{0};   // m, displacement by which the tissue pushes the tool away from X_WG
+    double stored = 0;  // J, energy of the spring between the hand and the tool
+    bool touching = false;
+  };
+  /// True if no point moves and the tool is too far away to touch one: then a tick would change nothing. Fast.
+  bool at_rest(const Pose& X_WG, std::uint32_t tool) noexcept;
+  Output tick(const Input& in) noexcept;
+  /// The hand was lost: the tool touches nothing until the next tick().
+  void release() noexcept;
+  /// True if the last tick found contact.
+  bool touching() const noexcept { return touching_; }
+
+  const SoftSurface& surface() const noexcept { return *surface_; }
+  /// Displacement of a point against its normal, including the cut, m.
+  double inward(std::uint32_t point) const noexcept;
+  /// Depth to which a bur cut at a point, m.
+  double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
+  std::span<const SoftWound> wounds() const noexcept { return {wounds_.data(), wound_count_}; }
+  std::size_t active() const noexcept { return active_.size(); }
+  /// Energy stored in the tissue's springs, J.
+  double elastic_energy() const noexcept;
+  /// Calls `send(SoftMove)` for each point that moved visibly since it was last sent, until `send` returns false.
+  template <class Send>
+  void send_moves(Send&& send) noexcept {
+    constexpr float kVisible = 1e-6f;  // m
+    for (std::size_t i = 0; i < to_send_.size();) {
+      const std::uint32_t point = to_send_[i];
+      const auto now = static_cast<float>(inward(point));
+      const bool at_rest = slot_[point] < 0;
+      if (now != sent_[point] && (at_rest || std::abs(now - sent_[point]) > kVisible)) {
+        if (!send(SoftMove{point, now})) return;
+        sent_[point] = now;
+      }
+      if (at_rest) {
+        waits_[point] = 0;
+        to_send_[i] = to_send_.back();
+        to_send_.pop_back();
+      } else {
+        ++i;
+      }
+    }
+  }
+
+ private:
+  /// A moving point.
+  struct Active {
+    std::uint32_t point = 0;
+    double v = 0, before = 0;  // m, elastic displacement inward, now and at the start of the tick
+    double stiffness = 0;      // N/m, of the layer below the point
+    double springs = 0;        // N/m, of the layer and of the links
+    double limit = 0;          // m, limit of the displacement, including the cut
+    double yield = 0;          // m/N, displacement per force within this tick
+    // Contact with the tool
+    bool contact = false;
+    double exit = 0;     // m, depth below the resting point at which the head ends
+    double weight = 0;   // 0..1; 1: the head presses from above, 0: its side passes
+    dvec3 slope{0};      // change of `exit` per displacement of the tool
+    double ignored = 0;  // m, part of the overlap that existed when the contact began
+    double force = 0;    // N, inward force that moves the point
+    double stop = 0;     // N, additional force of a point at its limit
+  };
+  /// The tool as a distance function, and balls that contain it.
+  struct Shape {
+    HeadField head, shank;
+    double shank_z = 0;  // m
+    bool has_shank = false;
+    struct Ball {
+      double z = 0, r = 0;  // m
+    };
+    std::vector<Ball> balls;
+    double low = 0, high = 0, radius = 0, reach = 0;  // m: extent along the axis, largest radius, farthest point
+    double distance(const dvec3& p_T) const noexcept;
+    dvec3 gradient(const dvec3& p_T) const noexcept;
+  };
+
+  bool activate(std::uint32_t point) noexcept;
+  void find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept;
+  void touch(Active& a, const Pose& X_WT, const Shape& shape, double allowed, double fade) noexcept;
+  void relax() noexcept;
+  void place_tool(double most) noexcept;
+  void cut(const Input& in) noexcept;
+  void bleed(std::uint32_t point, Nanos t) noexcept;
+  void spread_and_sleep() noexcept;
+
+  std::shared_ptr<const SoftSurface> surface_;
+  std::vector<Shape> shapes_;
+  double coupling_;  // N/m
+  std::vector<Active> active_;
+  std::vector<std::int32_t> slot_;      // for each point, its index in active_; -1: at rest
+  std::vector<float> cut_, sent_;       // m, for each point
+  std::vector<std::uint8_t> waits_;     // for each point: it is in to_send_
+  std::vector<std::uint32_t> to_send_;  // points that may have moved since they were sent
+  std::array<SoftWound, kMaxWounds> wounds_{};
+  std::size_t wound_count_ = 0;
+  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue, now and in the last tick
+  bool touching_ = false;
+  bool placed_ = false;  // last_ is the pose of the last tick
+  Pose last_;
+  std::uint32_t tool_ = 0;
+  Pose seen_;         // pose for which room_ is valid
+  double room_ = -1;  // m that the tool may move from seen_ before it can touch a point
+};
+
+}  // namespace typodont::haptics

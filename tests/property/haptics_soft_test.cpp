@@ -1,0 +1,125 @@
+// Laws of soft tissue for any hand: it gives no energy, it repeats its bits, and its force has no steps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "engine/base/units.h"
+#include "tests/support/soft_layer.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using test::HapticBench;
+
+/// A smooth random path of the tool's centre around the layer, with presses of up to `depth`.
+std::function<dvec3(double)> random_path(std::uint32_t seed, double depth) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  struct Wave {
+    dvec3 size, phase;
+    double rate;
+  };
+  std::vector<Wave> waves(4);
+  for (Wave& w : waves) {
+    w.size = dvec3(0.5_mm, 0.5_mm, 0.5 * depth) * dvec3(uniform(random), uniform(random), uniform(random));
+    w.phase = 6.3 * dvec3(uniform(random), uniform(random), uniform(random));
+    w.rate = 2 * kPi * (0.3 + 4 * uniform(random) * uniform(random));
+  }
+  return [=](double t) {
+    dvec3 p(0, 0, 0.6_mm - 0.2 * depth);
+    for (const Wave& w : waves) p += w.size * glm::sin(w.rate * t + w.phase);
+    return p;
+  };
+}
+
+TEST(SoftServo, NoHandGetsEnergyFromSoftTissue) {
+  for (std::uint32_t seed = 1; seed <= 16; ++seed) {
+    haptics::Tool tool = test::ball_probe();
+    tool.cuts = seed % 2 == 0;
+    HapticBench bench(test::kBlockFarBelow, test::soft_settings(tool));
+    const auto path = random_path(seed, 1.0_mm);
+    double own = 0, least = 0, strongest = 0;
+    dvec3 held(0), last = path(0);
+    for (int i = 0; i < 3000; ++i) {
+      const dvec3 p = path(i * 1e-3);
+      own -= glm::dot(held, p - last);
+      least = std::min(least, own);
+      last = p;
+      const ServoTick& tick = bench.tick({p}, seed % 4 == 0 ? 1 : 0);
+      EXPECT_GE(tick.energy, -1e-9) << seed;
+      held = tick.f_T_W;
+      strongest = std::max(strongest, glm::length(held));
+    }
+    if (seed % 4 != 0) {  // the spindle's own work counts apart
+      EXPECT_GE(least, -1e-9) << seed;
+    }
+    EXPECT_GT(strongest, 0.05) << seed;
+  }
+}
+
+TEST(SoftTissue, HoldsOnlyEnergyThatTheToolPutIn) {
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    const std::vector<haptics::Tool> tools{test::ball_probe()};
+    haptics::SoftTissue tissue(test::flat_layer(), tools, 1000);
+    const auto path = random_path(seed, 1.0_mm);
+    double given = 0;  // J, work of the tool on the layer
+    dvec3 last(0), force(0);
+    for (int i = 0; i < 2000; ++i) {
+      const dvec3 base = path(i * 1e-3) + dvec3(0, 0, std::max(0.0, 3.0_mm - 10e-6 * i));  // begins above the layer
+      const auto out = tissue.tick({i * Nanos(1'000'000), 1e-3, {base}, 0, 0});
+      const dvec3 at = base + out.yielded;
+      if (i > 0) given -= glm::dot((out.force + force) / 2.0, at - last);
+      last = at, force = out.force;
+      // The layer's own energy is at most the work, within the error of the sums over finite ticks
+      ASSERT_LE(tissue.elastic_energy(), given * 1.1 + 3e-6) << seed << " " << i;
+    }
+  }
+}
+
+TEST(SoftServo, EqualHandsGetEqualBits) {
+  std::vector<ServoTick> first;
+  for (int run = 0; run < 2; ++run) {
+    haptics::Tool tool = test::ball_probe();
+    tool.cuts = true;
+    HapticBench bench(test::kBlockFarBelow, test::soft_settings(tool));
+    const auto path = random_path(5, 1.0_mm);
+    for (int i = 0; i < 2000; ++i) {
+      const ServoTick& tick = bench.tick({path(i * 1e-3)}, i > 1000 ? 1 : 0);
+      if (run == 0) {
+        first.push_back(tick);
+      } else {
+        const ServoTick& before = first[static_cast<std::size_t>(i)];
+        ASSERT_TRUE(tick.f_T_W == before.f_T_W && same(tick.X_WG, before.X_WG) && tick.energy == before.energy) << i;
+      }
+    }
+  }
+}
+
+TEST(SoftServo, TheForceHasNoStepsAtAConstantPushOrASlowSlide) {
+  for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    HapticBench bench(test::kBlockFarBelow, test::soft_settings(test::ball_probe(1.0_mm)));
+    const dvec3 aside(uniform(random), uniform(random), 0);
+    double z = 0.8_mm;
+    dvec3 before(0);
+    double largest = 0, strongest = 0;
+    for (int i = 0; i < 4000; ++i) {
+      // Down at 2 mm/s to 0.5 mm deep, a pause, a slide at 1 mm/s, and a pause
+      z = std::max(0.0, z - (i < 1500 ? 2e-6 : 0.0));
+      const double slide = 1e-6 * std::clamp(i - 2000, 0, 1500);
+      const ServoTick& tick = bench.tick({dvec3(0, 0, z) + slide * aside});
+      if (i > 600) largest = std::max(largest, glm::length(tick.f_T_W - before));
+      strongest = std::max(strongest, glm::length(tick.f_T_W));
+      before = tick.f_T_W;
+    }
+    EXPECT_LT(largest, 0.02) << seed;
+    EXPECT_GT(strongest, 0.1) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace typodont
