@@ -21,9 +21,12 @@ namespace {
 /// Motion of the hand along a leg. Tolerances, leads and forces are those for work on a tooth; ExpertGrip scales them
 /// for other sizes.
 struct Lead {
-  static constexpr double travel_pace = 60e-3;  // m/s, pace through the air
+  // m/s, pace through the air with a hand instrument, and with a running drill
+  static constexpr double travel_pace = 60e-3, drill_travel_pace = 75e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
   static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
+  // An edge slows down where it turns back: m/s, its pace there, and s, duration of the slowdown.
+  static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
@@ -939,11 +942,15 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
+    // An edge turns back at both ends of its run.
+    const bool first = leg_ == run_, last = leg.end_pace <= 0;
+    const double from_turn = (back_ ? last : first) ? along_ : length,
+                 to_turn = (back_ ? first : last) ? length - along_ : length;
     const double pace =
-        leg.kind == Kind::kMove ? Lead::travel_pace
+        leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::drill_travel_pace : Lead::travel_pace)
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
-            : Lead::scrape_pace;
+            : std::min(Lead::scrape_pace, Lead::turning_pace + std::min(from_turn, to_turn) / Lead::turning_time);
     const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead && beside < grip_.size * Lead::beside);
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);

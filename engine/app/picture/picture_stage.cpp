@@ -192,7 +192,7 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
 }
 
 render::ToolMesh PictureStage::drawn_tool() const {
-  return tool_mesh(tool(), shown_placed_);
+  return typodont::drawn_tool(tool(), servo_.spindle, options_.handpieces, shown_placed_).tool;
 }
 
 PictureStage::~PictureStage() {

@@ -116,7 +116,7 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
-  /// The triangles of the drawn tool, and the lamp.
+  /// The triangles of the drawn tool without its handpiece, and the lamp.
   render::ToolMesh drawn_tool() const;
   render::Lights lights() const { return look().lights; }
 
