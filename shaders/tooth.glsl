@@ -38,7 +38,7 @@ float resolved(float period, float pixel) { return smoothstep(2.0, 4.0, period /
 vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gloss) {
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
-  n_gloss = bumped(n, p, 0.55e-3, 0.045);
+  n_gloss = bumped(n, p, 0.55e-3, 0.02);
   float line = p.z / kPerikymata + 0.6 * noise(p * 1800.0);
   float wave = cos(6.2831853 * line) * 0.035 * side * resolved(kPerikymata, pixel);
   n_gloss = normalize(n_gloss + wave * (axis - n * along));
@@ -71,8 +71,8 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, inout vec3 n_gloss, inout f
 /// caries around the point; `shows`: fraction of the lower tissue that is visible.
 vec3 caries(vec3 color, vec3 p, float inward, float shows) {
   float grain = 0.65 * noise(p * 2600.0) + 0.35 * noise(p * 9000.0);
-  float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.3 * (grain - 0.5));
-  return color * mix(1.7, 0.55, core) * mix(0.8, 1.2, grain);
+  float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.2 * (grain - 0.5));
+  return color * mix(1.35, 0.65, core) * mix(0.8, 1.2, grain);
 }
 
 /// Living pulp: red with darker vessels, under a film of blood.
