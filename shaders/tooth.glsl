@@ -6,6 +6,7 @@ const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
 // Widths of structures, m.
 const float kPerikymata = 0.10e-3;  // distance of the growth lines on the side of a crown; real ones: 0.03 to 0.15 mm
 const float kCrackSpacing = 2.6e-3;  // microcracks run from the neck to the cusps
+const float kCrackSeen = 0.12e-3;  // cracks are thinner than a pixel; they are drawn if four pixels are narrower than this
 const float kFlute = 0.09e-3;  // marks that the blades of a bur leave on a cut wall
 
 /// The tooth's axis in W: the body's own z.
@@ -49,7 +50,7 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gl
   float field = noise(vec3(p.xy / kCrackSpacing, 0.25 * p.z / kCrackSpacing) + 7.0) - 0.5;
   float width = max(fwidth(field), 1e-5);
   float crack = (1.0 - smoothstep(0.5 * width, 1.5 * width, abs(field))) * smoothstep(0.45, 0.7, noise(p * 500.0 + 3.0));
-  return color * (1.0 + 0.07 * crack * side);
+  return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }
 
 /// Cut dentin: the smear layer is dull and uneven, and the blades of the bur leave fine ridges along their way.
