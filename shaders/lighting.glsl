@@ -5,6 +5,8 @@ const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
+const float kBounce = 0.75;  // mean irradiance of nearby tissue, relative to tissue that faces the lamp
+
 // Points distributed evenly over the unit disc (Vogel's spiral).
 vec2 disc(int i, int count) {
   float r = sqrt((float(i) + 0.5) / float(count));
@@ -120,11 +122,11 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-/// Translucent enamel at grazing angles is bluish and pale, because short wavelengths scatter back. `nv`: cosine
-/// between the normal and the direction to the viewer.
+/// Translucent enamel at grazing angles is bluish, because long wavelengths leave it elsewhere. `nv`: cosine between the
+/// normal and the direction to the viewer.
 vec3 tinted(vec3 albedo, float translucent, float nv) {
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
-  return mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, translucent * rim);
+  return albedo * mix(vec3(1.0), vec3(0.80, 0.86, 0.92), translucent * rim);
 }
 
 /// Light that arrives at tissue of this colour and is reflected diffusely. The factor of the colour itself is not
@@ -133,7 +135,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
   // Light scatters in translucent tissue. It reaches around the shape, red light farthest, and softens the edges of
   // shadows.
-  vec3 wrap = translucent * vec3(0.42, 0.30, 0.24);
+  vec3 wrap = translucent * vec3(0.10, 0.08, 0.06);
   vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
   vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
   arrives = mix(arrives, sqrt(arrives), 0.35 * translucent);
@@ -141,16 +143,27 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   // multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
-  return front * arrives * frame.key.w * 0.3183 * kLampColor + ambient_light(n) * opened;
+  vec3 lamp = frame.key.w * 0.3183 * kLampColor;
+  // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue.
+  opened *= mix(vec3(1.0, 0.88, 0.74), vec3(1.0), open);
+  // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
+  vec3 bounce = kBounce * (1.0 - open) * albedo * lamp;
+  return front * arrives * lamp + bounce + ambient_light(n) * opened;
 }
 
 // Roughness of a mirror image of the lamp: the surface's own, widened by the lamp's size (Karis 2013). `alpha`: the
 // surface's roughness squared.
-float lamp_alpha(float alpha) { return alpha + 0.5 * kLampHalfAngle; }
+float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
 /// Reflectance at normal incidence: dry tissue has an index of about 1.55; under a film of saliva (1.33) less light is
 /// reflected.
 vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
+
+/// Fraction of the room that the direction r of a reflection shows: tissue hides the room near the point and in the
+/// directions away from the lamp.
+float room_seen(vec3 r, float open) {
+  return clamp(open * open + 0.15, 0.0, 1.0) * mix(0.2, 1.0, smoothstep(-0.6, 0.4, dot(r, frame.key.xyz)));
+}
 
 /// Light that the wet film over the tissue reflects, or metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
@@ -167,9 +180,9 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
   vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
-  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
+  vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
-  float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);
+  float seen = room_seen(r, open);
   return color + fr * room(r, rough) * seen;
 }
 
@@ -187,10 +200,10 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
   vec3 f0 = reflectance(look);
   float k = 0.5 * alpha;
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - max(dot(frame.key.xyz, half_way), 0.0));
-  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
-  float seen = clamp(light.y * light.y + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * light.x, 1.0, look.metal);
+  vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
+  vec3 r = reflect(-v, n);
   CornerGloss out_gloss;
-  out_gloss.broad = fr * room(reflect(-v, n), rough) * seen;
+  out_gloss.broad = fr * room(r, rough) * room_seen(r, light.y);
   float wide = lamp_alpha(alpha);
   out_gloss.lamp = f * (0.25 * wide * wide / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
                    frame.key.w;

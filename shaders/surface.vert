@@ -25,6 +25,11 @@ layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
 
+/// The lower tissue is visible through the tissue above it. Enamel is clear; other tissues tint it.
+vec3 over(vec4 upper, vec3 beneath, float shows) {
+  return mix(upper.rgb, beneath * mix(sqrt(upper.rgb), vec3(1.0), min(1.18 * upper.w, 1.0)), shows);
+}
+
 void main() {
   vec4 p = vec4(in_position, 1.0);
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
@@ -40,13 +45,13 @@ void main() {
   float share = float(in_tissue.z) / 255.0, shows = float(in_tissue.w >> 4) / 15.0;
   vec3 beneath = frame.tissue_color[in_tissue.w & 15u].rgb;
   vec4 first = frame.tissue_color[in_tissue.x];
-  out_first = vec4(mix(first.rgb, beneath, shows), shows);
+  out_first = vec4(over(first, beneath, shows), shows);
   out_first_look = vec4(frame.tissue_look[in_tissue.x].xyz, first.w);
   out_second = out_first.rgb;
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
     vec4 second = frame.tissue_color[in_tissue.y];
-    out_second = mix(second.rgb, beneath, shows);
+    out_second = over(second, beneath, shows);
     out_second_look = vec4(frame.tissue_look[in_tissue.y].xyz, second.w);
   }
   out_light = vec4(0.0, 0.0, 0.0, share);

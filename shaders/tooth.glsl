@@ -6,6 +6,7 @@ const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
 // Widths of structures, m.
 const float kPerikymata = 0.10e-3;  // distance of the growth lines on the side of a crown; real ones: 0.03 to 0.15 mm
 const float kCrackSpacing = 2.6e-3;  // microcracks run from the neck to the cusps
+const float kCrackSeen = 0.12e-3;  // cracks are thinner than a pixel; they are drawn if four pixels are narrower than this
 const float kFlute = 0.09e-3;  // marks that the blades of a bur leave on a cut wall
 
 /// The tooth's axis in W: the body's own z.
@@ -38,7 +39,7 @@ float resolved(float period, float pixel) { return smoothstep(2.0, 4.0, period /
 vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gloss) {
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
-  n_gloss = bumped(n, p, 0.55e-3, 0.045);
+  n_gloss = bumped(n, p, 0.55e-3, 0.02);
   float line = p.z / kPerikymata + 0.6 * noise(p * 1800.0);
   float wave = cos(6.2831853 * line) * 0.035 * side * resolved(kPerikymata, pixel);
   n_gloss = normalize(n_gloss + wave * (axis - n * along));
@@ -49,7 +50,7 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gl
   float field = noise(vec3(p.xy / kCrackSpacing, 0.25 * p.z / kCrackSpacing) + 7.0) - 0.5;
   float width = max(fwidth(field), 1e-5);
   float crack = (1.0 - smoothstep(0.5 * width, 1.5 * width, abs(field))) * smoothstep(0.45, 0.7, noise(p * 500.0 + 3.0));
-  return color * (1.0 + 0.07 * crack * side);
+  return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }
 
 /// Cut dentin: the smear layer is dull and uneven, and the blades of the bur leave fine ridges along their way.
@@ -71,8 +72,8 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, inout vec3 n_gloss, inout f
 /// caries around the point; `shows`: fraction of the lower tissue that is visible.
 vec3 caries(vec3 color, vec3 p, float inward, float shows) {
   float grain = 0.65 * noise(p * 2600.0) + 0.35 * noise(p * 9000.0);
-  float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.3 * (grain - 0.5));
-  return color * mix(1.7, 0.55, core) * mix(0.8, 1.2, grain);
+  float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.2 * (grain - 0.5));
+  return color * mix(1.35, 0.65, core) * mix(0.8, 1.2, grain);
 }
 
 /// Living pulp: red with darker vessels, under a film of blood.

@@ -56,7 +56,7 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.74, 0.70, 0.64});
+  set(Tissue::kEnamel, {0.755, 0.70, 0.64});
   set(Tissue::kDentin, {0.72, 0.64, 0.50});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.61, 0.25, 0.22});

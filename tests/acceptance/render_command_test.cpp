@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 
 #include "engine/base/json.h"
 #include "engine/render/picture.h"
@@ -180,6 +182,34 @@ TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndNameMissingInput) {
   EXPECT_EQ(refused("--view inside").status, 2);
 }
 
+TEST_F(RenderCommand, TheGeometryIsTheDrawnBodyInMillimetresOfTheWorkbench) {
+  const Json frame = render(desk("mono"), "--geometry");
+  const std::string file = read_text(folder / "out/geometry.ply");
+  const std::string end = "end_header\n";
+  const std::size_t header = file.find(end) + end.size();
+  std::size_t vertices = 0, triangles = 0;
+  ASSERT_EQ(std::sscanf(file.c_str() + file.find("element vertex"), "element vertex %zu", &vertices), 1);
+  ASSERT_EQ(std::sscanf(file.c_str() + file.find("element face"), "element face %zu", &triangles), 1);
+  constexpr std::size_t kVertex = 6 * 4 + 4 + 2 * 4, kTriangle = 1 + 3 * 4;
+  ASSERT_EQ(file.size(), header + vertices * kVertex + triangles * kTriangle);
+  EXPECT_GT(triangles, 100u);
+  // Every vertex lies on the ball of the scene, with the normal pointing out of it, and is enamel of the tooth.
+  for (std::size_t v = 0; v < vertices; ++v) {
+    float p[6];
+    std::memcpy(p, file.data() + header + v * kVertex, sizeof p);
+    const dvec3 away = dvec3(p[0], p[1], p[2]) - dvec3(1, 2, 3), normal(p[3], p[4], p[5]);
+    ASSERT_NEAR(glm::length(away), 3, 0.05);
+    ASSERT_GT(glm::dot(glm::normalize(away), normal), 0.95);
+    const char* const tissue = file.data() + header + v * kVertex + sizeof p;
+    ASSERT_EQ(tissue[0], 0);  // the working tooth
+    ASSERT_EQ(tissue[1], 1);  // enamel
+  }
+  const auto lamp = frame["light"]["toward_lamp"].vec3();
+  EXPECT_NEAR(glm::length(lamp), 1, 1e-9);
+  EXPECT_GT(lamp.z, 0);  // above the desk
+  EXPECT_EQ(frame["colors"]["enamel"].numbers(3).size(), 3u);
+}
+
 TEST_F(RenderCommand, BadInputExitsWithTwoAndLeavesNoFile) {
   const auto refuse = [&](const std::string& arguments, const testing::Matcher<std::string>& message) {
     const Ran ran = folder.run(fmt::format("render {0}/scene.json --out {0}/none {1}", f, arguments));
@@ -194,6 +224,9 @@ TEST_F(RenderCommand, BadInputExitsWithTwoAndLeavesNoFile) {
   refuse("--rig nowhere.json", HasSubstr("nowhere.json"));
   refuse("--size 12x", AllOf(HasSubstr("--size"), HasSubstr("12x")));
   refuse("--at 3", HasSubstr("--pose"));
+  refuse("--geometry --view section --plane 0,0,1,3", AllOf(HasSubstr("--geometry"), HasSubstr("--view look")));
+  refuse("--finished", HasSubstr("no ideal"));
+  refuse(fmt::format("--finished --volume {}/any.vdb", f), AllOf(HasSubstr("--finished"), HasSubstr("--volume")));
   refuse(fmt::format("--pose {}/missing.csv", f), HasSubstr("missing.csv"));
 }
 

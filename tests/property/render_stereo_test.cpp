@@ -31,7 +31,7 @@ TEST(Stereo, APointIsTriangulatedFromBothPicturesToItsPosition) {
   const display::DisplayRig rig = desk(0.08, 0.064, 0.4);
   render::Frame frame = frame_of(rig);
   frame.background = render::Background::kBlack;
-  frame.lights.ambient = 3;  // bright all round
+  frame.lights.ambient = 12;  // bright all round
   const auto eyes = display::eye_views(rig);
   std::mt19937_64 g(3);
   const auto u = [&](double r) { return std::uniform_real_distribution<double>(-r, r)(g); };

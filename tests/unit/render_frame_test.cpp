@@ -418,7 +418,7 @@ TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
     const render::Picture single = sharp.eye(e);
     long lit = 0, softened = 0;
     for (std::size_t i = 0; i < p.rgba.size(); i += 4) {
-      lit += p.rgba[i] > 100;
+      lit += p.rgba[i] > 70;
       // Black by its one sample, grey by its four.
       softened += single.rgba[i] == 0 && p.rgba[i] > 60;
     }
