@@ -8,6 +8,16 @@ float vessels(vec3 p) {
   return max(1.0 - a / 0.05, 0.0) * 0.7 + max(1.0 - b / 0.06, 0.0) * 0.3;
 }
 
+/// Depth of the pits of orange peel, 0..1. `q`: position in units of a pit's size.
+float pit(vec3 q) { return smoothstep(0.52, 0.80, noise(q)); }
+/// Normal of a surface with pits. `size`: m, width of a pit; `tilt`: slope of its edge, rad.
+vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
+  vec3 q = p / size;
+  float here = pit(q);
+  vec3 slope = here - vec3(pit(q + vec3(0.25, 0, 0)), pit(q + vec3(0, 0.25, 0)), pit(q + vec3(0, 0, 0.25)));
+  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.25);
+}
+
 /// `p`: m, mesh; `mobile`: share of mucosa in gum, 0..1. Changes the colour, the normal of the surface and the normal of
 /// the wet film.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
@@ -17,8 +27,8 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
     color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.6 * (1.0 - attached) * vessels(p));
-    n = bumped(smooth_normal, p, 0.42e-3, mix(0.04, 0.17, attached));
-    gloss_normal = bumped(bumped(smooth_normal, p, 0.9e-3, 0.08), p, 0.42e-3, 0.13 * attached);
+    n = pitted(smooth_normal, p, 0.38e-3, 0.11 * attached);
+    gloss_normal = pitted(bumped(smooth_normal, p, 1.1e-3, 0.06), p, 0.38e-3, 0.10 * attached);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));
     color *= mix(vec3(1.0), vec3(0.90, 0.66, 0.66), 0.5 * vessels(p * 0.7));
@@ -27,7 +37,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     // Papillae: pale grains, with redder ones between them.
     float grain = noise(p * 3300.0);
     color *= mix(vec3(0.80, 0.66, 0.66), vec3(1.10, 1.08, 1.07), grain);
-    color *= mix(vec3(1.0), vec3(0.95, 0.62, 0.60), smoothstep(0.82, 0.92, noise(p * 1000.0)));
+    color *= mix(vec3(1.0), vec3(0.96, 0.76, 0.74), smoothstep(0.70, 0.95, noise(p * 1100.0)));
     n = bumped(smooth_normal, p, 0.40e-3, 0.30);
     gloss_normal = bumped(smooth_normal, p, 0.45e-3, 0.28);
   } else if (matter == kSkin) {

@@ -43,7 +43,7 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   looks[static_cast<std::size_t>(Tissue::kCaries)].color =
       glm::min(looks[static_cast<std::size_t>(Tissue::kCaries)].color * std::exp2(0.8 * softness), dvec3(1));
   const auto drawn = [&](Tissue matter, const Look& look) { looks[static_cast<std::size_t>(matter)] = look; };
-  drawn(kMucosa, {{0.74, 0.36, 0.36}, 0.30, 0.60, 0, 0.85});
+  drawn(kMucosa, {{0.80, 0.45, 0.44}, 0.30, 0.60, 0, 0.85});
   drawn(kTongue, {{0.80, 0.50, 0.49}, 0.50, 0.60, 0, 0.55});
   drawn(kSkin, {{0.86, 0.69, 0.59}, 0.60, 0.35, 0, 0.05});
   drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05});

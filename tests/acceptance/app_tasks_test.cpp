@@ -296,14 +296,16 @@ TEST(ShippedScenes, TheIdealCrownIsReducedOnTheWholeTopAndTheIdealAccessRemovesT
 TEST(ShippedScenes, TheClassTwoCavityHasANeighbourToothAndGum) {
   const Scene scene = read_scene(assets_folder() / "scenes/class-2-cavity.json");
   ASSERT_TRUE(scene.surroundings);
-  EXPECT_FALSE(scene.surroundings->neighbours.empty());
+  EXPECT_TRUE(scene.surroundings->row);
   EXPECT_TRUE(scene.surroundings->gum);
+  EXPECT_TRUE(scene.surroundings->monitored);
   // The ideal goes through the contact, and touches neither.
   const SurroundingsShape around(*scene.surroundings);
   const TaskBench bench("class-2-cavity");
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
-  const dvec3 contact = scene.surroundings->neighbours.front().contact - dvec3(0.3e-3, 0, 0);
-  EXPECT_GT(ideal.field.sample(ideal.frame.to_voxels(contact)), 0);
+  const dvec3 contact = dvec3(12.6e-3, 5.2e-3, 16.5e-3);
+  EXPECT_LT(around.neighbour(contact), 0.3e-3);
+  EXPECT_GT(ideal.field.sample(ideal.frame.to_voxels(contact - dvec3(0.3e-3, 0, 0))), 0);
   EXPECT_TRUE(around.has_neighbours());
 }
 

@@ -11,7 +11,9 @@ inline double smooth_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k * 0.25;
 }
-inline double smooth_max(double a, double b, double k) { return -smooth_min(-a, -b, k); }
+inline double smooth_max(double a, double b, double k) {
+  return -smooth_min(-a, -b, k);
+}
 
 /// 0 up to a, 1 from b, smooth between them.
 inline double smooth_step(double a, double b, double x) {

@@ -9,10 +9,10 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;   // m, the sheet above the gum's edge
-constexpr double kSheet = 0.3e-3;      // m, thickness over the teeth
-constexpr double kTension = 6e-3;      // m, over which the tight sheet bridges hollows
-constexpr double kLift = 3.2e-3;       // m, height of the sheet's edge over the gum, where the frame pulls it
+constexpr double kOverGum = 0.25e-3;  // m, the sheet above the gum's edge
+constexpr double kSheet = 0.3e-3;     // m, thickness over the teeth
+constexpr double kTension = 6e-3;     // m, over which the tight sheet bridges hollows
+constexpr double kLift = 3.2e-3;      // m, height of the sheet's edge over the gum, where the frame pulls it
 constexpr dvec3 kPlate{2.6e-3, 0.95e-3, 0.40e-3};  // m, half sizes of a jaw of the clamp
 constexpr double kPlateHeight = 0.75e-3;           // m over the gum's edge
 constexpr dvec3 kBand{0.55e-3, 0.40e-3, 0.9e-3};   // m, half sizes of the bow's section
@@ -32,8 +32,10 @@ DamClamp::DamClamp(const Jaw&, const dvec3& middle, double edge, double half_wid
     : middle_(middle.x, middle.y, edge), side_(half_width + 0.55e-3) {
   const double s = side_ + 0.7e-3;
   for (const double side : {1.0, -1.0}) {
-    std::vector<dvec3> half{{-1.0e-3, side * s, 1.0e-3},         {-3.5e-3, side * (s + 0.6e-3), 1.5e-3},
-                            {-6.0e-3, side * s, 3.2e-3},         {-7.8e-3, side * (s - 1.0e-3), 6.0e-3},
+    std::vector<dvec3> half{{-1.0e-3, side * s, 1.0e-3},
+                            {-3.5e-3, side * (s + 0.6e-3), 1.5e-3},
+                            {-6.0e-3, side * s, 3.2e-3},
+                            {-7.8e-3, side * (s - 1.0e-3), 6.0e-3},
                             {-8.8e-3, side * (s - 2.8e-3), 8.2e-3}};
     if (side < 0) std::reverse(half.begin(), half.end());
     for (const dvec3& p : half) bow_.push_back(middle_ + p);

@@ -1,22 +1,24 @@
+#include "engine/app/surroundings/jaw.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "engine/app/surroundings/blend.h"
-#include "engine/app/surroundings/jaw.h"
 
 namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.5e-3;        // m, gum's edge above the neck of a tooth in the row
-constexpr double kPapillaWidth = 1.5e-3;  // m
+constexpr double kFree = 0.5e-3;                     // m, gum's edge above the neck of a tooth in the row
+constexpr double kPapillaWidth = 1.5e-3;             // m
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;  // m along, where the tilt of the gum's edge ends
-constexpr double kRowDepth = 15.5e-3;     // m, thickness of a jaw with a row of teeth
-constexpr double kBlockDepth = 9e-3;      // m, least thickness of a jaw without one
+constexpr double kRowDepth = 15.5e-3;                // m, thickness of a jaw with a row of teeth
+constexpr double kBlockDepth = 9e-3;                 // m, least thickness of a jaw without one
 // The ridge: m. It is wider at its bottom, and ends in a fold, buccal and lingual.
-constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3, kSwellDepth = 4e-3;
+constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
+                 kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 20e-3;  // m behind the working tooth, where the mouth ends
+constexpr double kBack = 25e-3;                       // m behind the working tooth, where the mouth ends
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;  // m, height of the attached gum; half width of its border
 // The tongue and the cheek: m from the curve of the teeth, and heights over the occlusal plane.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
@@ -49,7 +51,8 @@ Jaw::Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, d
     for (const RowTooth& tooth : plan.row->teeth)
       knots_.push_back({curve_.place({tooth.at.x, tooth.at.y}).along, tooth.at.z + kFree, 0.5 * tooth.form.neck.y});
     std::sort(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return a.along < b.along; });
-    for (std::size_t i = 0; i + 1 < knots_.size(); ++i) contacts_.push_back(0.5 * (knots_[i].along + knots_[i + 1].along));
+    for (std::size_t i = 0; i + 1 < knots_.size(); ++i)
+      contacts_.push_back(0.5 * (knots_[i].along + knots_[i + 1].along));
   }
   for (const NeighbourTooth& tooth : plan.neighbours) {
     const dvec3 contact = to_row(tooth.contact);

@@ -16,9 +16,8 @@ class Jaw {
     double half_width;     // half the width of the row of teeth at the gum
     double x, z;           // in the row's frame: mesial and occlusal
   };
-  /// `middle`: middle of the working tooth, m, W; `half_width`: of the working tooth at the gum; `occlusal`: its highest
-  /// point along the crown's axis.
-  /// `roots`: depth of its roots below the gum's edge.
+  /// `middle`: middle of the working tooth, m, W; `half_width`: of the working tooth at the gum; `occlusal`: its
+  /// highest point along the crown's axis. `roots`: depth of its roots below the gum's edge.
   Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
 
   Place place(const dvec3& p_W) const;

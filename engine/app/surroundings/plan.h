@@ -1,4 +1,5 @@
-// A scene's description of the surroundings of the working tooth: its neighbours, the gum, the mouth and the rubber dam.
+// A scene's description of the surroundings of the working tooth: its neighbours, the gum, the mouth and the rubber
+// dam.
 #pragma once
 
 #include <filesystem>

@@ -58,9 +58,10 @@ ToothRow load_tooth_row(const std::filesystem::path& file) {
       if (!std::filesystem::exists(form, code)) item["form"].fail("a form in " + folder.string());
       forms[name] = read_tooth_form(Json::load(form));
     }
-    row.teeth.push_back({forms[name], item["at_mm"].vec3() * kMillimetre,
-                         to_form(item.number_or("turn_deg", 0, -180, 180) * kDegree,
-                                 item.number_or("lean_deg", 0, -30, 30) * kDegree, item.boolean_or("mirrored", false))});
+    row.teeth.push_back(
+        {forms[name], item["at_mm"].vec3() * kMillimetre,
+         to_form(item.number_or("turn_deg", 0, -180, 180) * kDegree, item.number_or("lean_deg", 0, -30, 30) * kDegree,
+                 item.boolean_or("mirrored", false))});
   }
   if (row.teeth.size() > 32) json["teeth"].fail("at most 32 teeth");
   for (const Json& item : json["curve_mm"].items()) {

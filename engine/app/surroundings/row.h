@@ -12,8 +12,8 @@ namespace typodont {
 /// Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; the origin is W's. m.
 struct RowTooth {
   ToothForm form;
-  dvec3 at{0, 0, 0};       // m, middle of the neck
-  glm::dmat3 R_FR{1};      // row → form; with a reflection for a tooth of the other side of the jaw
+  dvec3 at{0, 0, 0};   // m, middle of the neck
+  glm::dmat3 R_FR{1};  // row → form; with a reflection for a tooth of the other side of the jaw
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
   dvec3 from_form(const dvec3& p) const { return at + glm::transpose(R_FR) * p; }

@@ -218,8 +218,7 @@ struct SurroundingsShape::Impl {
                                         (plan.thickness - edge) * (1 - std::exp(-deep / swell))
                                   : deep / 1.5;
     const double collar = teeth - thick;
-    const double body =
-        smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
+    const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
     return std::max(body, -own - kGumInside);  // hollow at the working tooth: a bur in the tooth meets no gum
   }
   /// Distance to the sheet of the rubber dam; what is below the sheet belongs to it.
@@ -394,7 +393,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
          });
   }
   if (plan.dam && plan.dam->clamp) {
-    const DamClamp clamp(shape.jaw, shape.jaw.to_row(shape.middle), glm::dot(plan.margin, plan.crown), shape.half_width);
+    const DamClamp clamp(shape.jaw, shape.jaw.to_row(shape.middle), glm::dot(plan.margin, plan.crown),
+                         shape.half_width);
     const auto steel = [&](const dvec3& p) { return clamp.distance(shape.jaw.to_row(p)); };
     const Box box = Box::of(clamp.low(), clamp.high(), [&](const dvec3& q) { return shape.jaw.from_row(q); });
     auto meshes = meshes_of_field<2>(box.lo, box.hi, kClampVoxel, kGumTolerance, steel, gum_label);
@@ -403,27 +403,28 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   }
   if (plan.mouth == Mouth::kNone) return result;
   const Box box = shape.arch_box(kMouthReach, 9e-3);
-  const auto body = [&](Tissue matter, double (Jaw::*field)(const Jaw::Place&) const, const auto& beneath) {
+  const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
+                        const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
     auto meshes = meshes_of_field<2>(box.lo, box.hi, kMouthVoxel, kGumTolerance, at, gum_label);
-    for (auto& mesh : meshes) paint(mesh, box.lo, matter, Tissue::kPulp, beneath);
+    for (auto& mesh : meshes) paint(mesh, box.lo, matter, under, beneath);
     add(box.lo, meshes, kMouthVoxel, at);
   };
   const auto plain = [](const dvec3&) { return 0.0; };
   // Deep in the mouth the mucosa is darker.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
-    return 0.75 * smooth_step(2e-3, 20e-3, shape.jaw.rim(at) - at.z);
+    return 0.45 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
   };
   if (phantom) {
-    body(render::kSkin, &Jaw::cheek, plain);
-    body(render::kRubber, &Jaw::lip, plain);
+    body(render::kSkin, Tissue::kAir, &Jaw::cheek, plain);
+    body(render::kRubber, Tissue::kAir, &Jaw::lip, plain);
   } else {
-    body(render::kMucosa, &Jaw::cheek, deep);
-    body(render::kMucosa, &Jaw::lip, plain);
-    if (!plan.dam) body(render::kTongue, &Jaw::tongue, deep);
+    body(render::kMucosa, Tissue::kPulp, &Jaw::cheek, deep);
+    body(render::kMucosa, render::kSkin, &Jaw::lip, [](const dvec3&) { return 0.45; });
+    if (!plan.dam) body(render::kTongue, Tissue::kPulp, &Jaw::tongue, deep);
   }
-  body(render::kSkin, &Jaw::face, plain);
+  body(render::kSkin, Tissue::kAir, &Jaw::face, plain);
   return result;
 }
 

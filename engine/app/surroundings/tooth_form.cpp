@@ -10,14 +10,14 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;        // m, radius of the tip of a hill
-constexpr double kSideSlope = 0.9;      // scale factor of the side's distance, so that it does not overestimate
-constexpr double kTopSlope = 0.78;      // the same for the occlusal surface
-constexpr double kRidges = 0.07e-3;     // m, amplitude of the fine ridges on the cusps
-constexpr double kEnamelTop = 1.9e-3;   // m, thickness of the enamel at the occlusal end
-constexpr double kPulpDepth = 2.7e-3;   // m below the surface
-constexpr double kMargin = 0.6e-3;      // m, margin of the box around the form
-constexpr double kRootEnd = 0.35;       // width of the root at its end, as a fraction of the neck
+constexpr double kTip = 0.45e-3;       // m, radius of the tip of a hill
+constexpr double kSideSlope = 0.9;     // scale factor of the side's distance, so that it does not overestimate
+constexpr double kTopSlope = 0.78;     // the same for the occlusal surface
+constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
+constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
+constexpr double kPulpDepth = 2.7e-3;  // m below the surface
+constexpr double kMargin = 0.6e-3;     // m, margin of the box around the form
+constexpr double kRootEnd = 0.35;      // width of the root at its end, as a fraction of the neck
 
 /// Half width at height z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
@@ -30,8 +30,8 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// m, height of the fine ridges on the slope of a hill. `from_tip`: m; `over`: m above the next hill; there are none where
-/// two hills meet and at the tips.
+/// m, height of the fine ridges on the slope of a hill. `from_tip`: m; `over`: m above the next hill; there are none
+/// where two hills meet and at the tips.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
   // cos(4 φ) by the square of cos φ

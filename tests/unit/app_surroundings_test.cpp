@@ -1,0 +1,239 @@
+// The row of teeth, the gum, the mouth and the rubber dam around the working tooth.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "engine/app/assets.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings/jaw.h"
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/display/display_rig.h"
+#include "engine/render/drawn_matter.h"
+
+namespace typodont {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kToothScenes[] = {
+    "molar-caries",    "class-1-cavity", "class-2-cavity",    "remove-caries",     "explore-caries",
+    "amalgam-filling", "free-practice",  "crown-preparation", "root-canal-access", "root-canal-access-packing",
+    "tutorial"};
+
+Scene shipped(const std::string& name) {
+  return read_scene(assets_folder() / "scenes" / (name + ".json"));
+}
+const ToothRow& lower_row() {
+  static const ToothRow row = load_tooth_row(assets_folder() / "jaw/lower_row.json");
+  return row;
+}
+
+/// Least sum of two distances near the middle between two teeth: twice the gap, negative if they overlap.
+template <class First, class Second>
+double gap(First&& first, Second&& second, const dvec3& middle, const dvec3& reach) {
+  double least = 1;
+  for (double x = -reach.x; x < reach.x; x += 0.12e-3)
+    for (double y = -reach.y; y < reach.y; y += 0.2e-3)
+      for (double z = -reach.z; z < reach.z; z += 0.3e-3) {
+        const dvec3 p = middle + dvec3(x, y, z);
+        least = std::min(least, first(p) + second(p));
+      }
+  return least;
+}
+
+TEST(ToothRowTest, NeighboursInTheRowTouchAndDoNotPierceEachOther) {
+  const auto& teeth = lower_row().teeth;
+  for (std::size_t i = 0; i + 1 < teeth.size(); ++i) {
+    const RowTooth &a = teeth[i], &b = teeth[i + 1];
+    if (glm::length(a.at - b.at) > 13e-3) continue;  // the working tooth is between them
+    const double found =
+        gap([&](const dvec3& p) { return a.distance(p); }, [&](const dvec3& p) { return b.distance(p); },
+            0.5 * (a.at + b.at) + dvec3(0, 0, 5e-3), dvec3(2.5e-3, 2.5e-3, 3.5e-3));
+    EXPECT_LT(found, 0.2e-3) << i;
+    EXPECT_GT(found, -0.2e-3) << i;
+  }
+}
+
+TEST(ToothRowTest, TheWorkingToothTouchesBothItsNeighboursAndIsNotPierced) {
+  const SurroundingsShape shape = *surroundings_shape(shipped("class-2-cavity").surroundings);
+  for (const double x : {1.1e-3, 12.6e-3}) {
+    const double found =
+        gap([&](const dvec3& p) { return shape.tooth(p); }, [&](const dvec3& p) { return shape.neighbour(p); },
+            {x, 5.4e-3, 17e-3}, {1.6e-3, 3e-3, 2.5e-3});
+    EXPECT_LT(found, 0.15e-3) << x;
+    EXPECT_GT(found, -0.15e-3) << x;
+  }
+}
+
+TEST(ToothRowTest, NoTwoTeethOfASideAreAlike) {
+  const auto& teeth = lower_row().teeth;
+  for (std::size_t i = 0; i < teeth.size(); ++i)
+    for (std::size_t k = i + 1; k < teeth.size(); ++k) {
+      const bool same_side = glm::determinant(teeth[i].R_FR) * glm::determinant(teeth[k].R_FR) > 0;
+      if (!same_side) continue;
+      double most = 0;  // difference of the distances at the same points of the forms
+      for (double x = -5e-3; x < 5e-3; x += 0.5e-3)
+        for (double y = -5e-3; y < 5e-3; y += 0.5e-3)
+          most = std::max(most, std::abs(teeth[i].form.distance({x, y, 6e-3}) - teeth[k].form.distance({x, y, 6e-3})));
+      EXPECT_GT(most, 0.2e-3) << i << " " << k;
+    }
+}
+
+TEST(ToothRowTest, AFormIsSolidFromItsRootToItsCuspsAndItsDistanceIsNoSteeperThanTheMesherAllows) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const RowTooth& tooth : lower_row().teeth) {
+    const ToothForm& form = tooth.form;
+    EXPECT_LT(form.distance({0, 0, -0.5 * form.root}), 0);
+    EXPECT_LT(form.distance({0, 0, 0.4 * form.height}), 0);
+    const dvec3 size = form.high() - form.low();
+    int steep = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const dvec3 p = form.low() + size * dvec3(unit(random), unit(random), unit(random));
+      const dvec3 step = 0.05e-3 * glm::normalize(dvec3(unit(random), unit(random), unit(random)) - 0.5);
+      steep += std::abs(form.distance(p + step) - form.distance(p)) > 1.6 * 0.05e-3;
+      if (glm::any(glm::lessThan(p, form.low() + 1e-5)) || glm::any(glm::greaterThan(p, form.high() - 1e-5)))
+        EXPECT_GT(form.distance(p), 0);
+    }
+    EXPECT_LT(steep, 60);  // at the grooves
+  }
+}
+
+TEST(ToothRowTest, ARowFrameAndAFormFrameAreInverse) {
+  for (const RowTooth& tooth : lower_row().teeth) {
+    const dvec3 p(1e-3, -2e-3, 3e-3);
+    EXPECT_LT(glm::length(tooth.to_form(tooth.from_form(p)) - p), 1e-12);
+    EXPECT_NEAR(std::abs(glm::determinant(tooth.R_FR)), 1, 1e-12);
+  }
+}
+
+TEST(RubberDamTest, TheHoleClearsTheToothAndTheSheetCoversTheNeighbours) {
+  const Scene scene = shipped("root-canal-access");
+  const SurroundingsShape shape = *surroundings_shape(scene.surroundings);
+  int on_tooth = 0, neighbours = 0;
+  for (double x = -4e-3; x < 18e-3; x += 0.3e-3)
+    for (double y = -1e-3; y < 12e-3; y += 0.3e-3)
+      for (double z = 15.5e-3; z < 21e-3; z += 0.3e-3) {
+        const dvec3 p(x, y, z);
+        if (std::abs(shape.tooth(p)) < 0.1e-3) {
+          EXPECT_GE(shape.dam(p), -1e-9);
+          ++on_tooth;
+        }
+        if (shape.neighbour(p) < 0 && shape.tooth(p) > 0.3e-3) {
+          EXPECT_LT(shape.dam(p), 0);
+          ++neighbours;
+        }
+      }
+  EXPECT_GT(on_tooth, 200);
+  EXPECT_GT(neighbours, 1000);
+}
+
+TEST(SurroundingsOfTheScenes, NeverCoverTheOcclusalSurfaceAtTheShippedViews) {
+  for (const char* name : kToothScenes) {
+    const Scene scene = shipped(name);
+    ASSERT_TRUE(scene.surroundings) << name;
+    const SurroundingsShape shape = *surroundings_shape(scene.surroundings);
+    for (const char* file : {"closeup", "window", "film", "mirror"}) {
+      const display::DisplayRig rig = display::load_rig(assets_folder() / "rigs" / (std::string(file) + ".json"));
+      dvec3 eye = rig.head.eye_center;
+      int seen = 0;
+      for (double x = 3e-3; x < 11e-3; x += 1e-3)
+        for (double y = 2e-3; y < 9.5e-3; y += 1e-3) {
+          double z = 22e-3;
+          while (z > 15e-3 && shape.tooth({x, y, z}) > 0) z -= 0.1e-3;
+          if (z < 17e-3) continue;
+          ++seen;
+          const dvec3 from(x, y, z + 0.2e-3), way = glm::normalize(eye - from);
+          for (double s = 0.3e-3; s < 60e-3; s += 0.3e-3) {
+            const dvec3 p = from + s * way;
+            ASSERT_GT(std::min({shape.neighbour(p), shape.gum(p), shape.mouth(p), shape.dam(p)}), 0)
+                << name << " " << file << " from " << x << " " << y << " at " << s;
+          }
+        }
+      EXPECT_GT(seen, 30);
+    }
+  }
+}
+
+TEST(SurroundingsOfTheScenes, HaveABoundedNumberOfTriangles) {
+  for (const char* name : {"molar-caries", "root-canal-access", "free-practice"}) {
+    const Surroundings around = make_surroundings(shipped(name).surroundings);
+    std::size_t fine = 0, coarse = 0;
+    for (const SurroundingMesh& mesh : around.meshes) {
+      for (const auto& brick : mesh.bricks) fine += brick.indices.size() / 3;
+      for (const auto& brick : mesh.coarse) coarse += brick.indices.size() / 3;
+    }
+    EXPECT_LT(fine, 200'000u) << name;
+    EXPECT_LT(coarse, 100'000u) << name;
+    EXPECT_GT(coarse, 5'000u) << name;
+  }
+}
+
+TEST(SurroundingsOfTheScenes, ThePhantomHasTeethOfPlasticAndGumOfAcrylic) {
+  const Surroundings around = make_surroundings(shipped("crown-preparation").surroundings);
+  std::set<Tissue> found;
+  for (const SurroundingMesh& mesh : around.meshes)
+    for (const auto& brick : mesh.bricks)
+      for (const auto& v : brick.vertices) found.insert(v.tissue[0]);
+  EXPECT_TRUE(found.contains(render::kPlastic));
+  EXPECT_TRUE(found.contains(render::kAcrylic));
+  EXPECT_FALSE(found.contains(Tissue::kGingiva));
+  EXPECT_FALSE(found.contains(render::kTongue));
+}
+
+TEST(SurroundingsOfTheScenes, ThatAreNotMonitoredHaveNoShapeForDamage) {
+  EXPECT_FALSE(monitored_shape(shipped("crown-preparation").surroundings));
+  EXPECT_TRUE(monitored_shape(shipped("class-2-cavity").surroundings));
+  EXPECT_TRUE(surroundings_shape(shipped("crown-preparation").surroundings));
+}
+
+TEST(SurroundingsFile, MistakesInTheNewKeysAreNamed) {
+  const auto message = [](const std::string& text) {
+    try {
+      read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", assets_folder());
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string row = R"("row": "jaw/lower_row.json", "gum": {"margin_mm": [7, 5, 14]})";
+  EXPECT_EQ(message("{" + row + R"(, "mouth": "patient", "dam": {"gap_mm": 0.2, "clamp": false}, "monitored": false})"),
+            "");
+  EXPECT_THAT(message(R"({"row": "no_row.json"})"), HasSubstr("no_row.json"));
+  EXPECT_THAT(message(R"({"row": "jaw/lower_row.json", "neighbours": [{"contact_mm": [0, 0, 0]}]})"),
+              HasSubstr("row beside neighbours"));
+  EXPECT_THAT(message("{" + row + R"(, "mouth": "horse"})"), HasSubstr("none, patient or phantom"));
+  EXPECT_THAT(message(R"({"mouth": "patient"})"), HasSubstr("row and gum beside it"));
+  EXPECT_THAT(message(R"({"dam": {}})"), HasSubstr("row and gum beside it"));
+  EXPECT_THAT(message("{" + row + R"(, "dam": {"gap_mm": 5}})"), HasSubstr("gap_mm"));
+  EXPECT_THAT(message("{" + row + R"(, "dam": {"colour": "red"}})"), HasSubstr("colour"));
+  EXPECT_THAT(message("{" + row + R"(, "monitored": 1})"), HasSubstr("monitored"));
+}
+
+TEST(ToothFormFile, MistakesAreNamed) {
+  const auto message = [](const std::string& change, const std::string& to) {
+    std::string text = R"({"widest_mm": [7, 8], "neck_mm": [5, 7], "table_mm": [5, 5], "height_mm": 8,
+      "contour_mm": [5, 3, 4], "rounding_mm": 1.5, "root_mm": 14, "groove_mm": [0.3, 0.3],
+      "hills": [{"at_mm": [0, 0], "height_mm": 8, "slope": 0.6}]})";
+    if (!change.empty()) text.replace(text.find(change), change.size(), to);
+    try {
+      read_tooth_form(Json::parse(text, "form.json"));
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message("", ""), "");
+  EXPECT_THAT(message("[5, 3, 4]", "[5, 3, 9]"), HasSubstr("within the crown"));
+  EXPECT_THAT(message("[7, 8]", "[7, 80]"), HasSubstr("widest_mm"));
+  EXPECT_THAT(message(R"([{"at_mm": [0, 0], "height_mm": 8, "slope": 0.6}])", "[]"), HasSubstr("1 to 12 hills"));
+  EXPECT_THAT(message(R"("root_mm")", R"("roots_mm")"), HasSubstr("roots_mm"));
+}
+
+}  // namespace
+}  // namespace typodont
