@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "lighting.glsl"
+#include "film.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
@@ -135,6 +136,11 @@ void main() {
       n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
       gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
     }
+  }
+  if (kFilm && kView != 3) {
+    vec4 film = film_at(in_position);
+    cover_with_film(film, color, look);
+    gloss_normal = film_normal(film, gloss_normal);
   }
   out_color = vec4(
       with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light))), 1.0);

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/picture/debris_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
-#include "engine/debris/debris.h"
 #include "engine/display/display_rig.h"
 
 namespace typodont {
@@ -45,7 +45,7 @@ class XrSession {
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
   /// Returns the balance of the chips' mass. Call it after stop(). Empty if there were no chips or the thread hangs.
-  std::optional<debris::DebrisLedger> debris() const;
+  std::optional<DebrisBalance> debris() const;
   /// Adds the work of the headset's thread. Call it after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
   /// The same point in two frames: the tool's head, held by an arm, in the arm's base H; and the controller's tip in
