@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "engine/base/json.h"
+#include "engine/contract/nozzles.h"
 
 namespace typodont::haptics {
 
@@ -12,10 +14,11 @@ namespace typodont::haptics {
 /// implant motors.
 struct Spindle {
   std::string name = "ideal";
-  double free_speed = 0;    // rad/s at full pedal
-  double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
-  double run_up_time = 0;   // s, time constant: 63 % of a speed change are done after this time; 0: immediate
-  std::string handpiece;    // the motor's handpiece in pictures, as Tool::handpiece; empty: a turbine
+  double free_speed = 0;           // rad/s at full pedal
+  double stall_torque = 0;         // N·m at full pedal; 0: ideal motor, the speed does not fall under load
+  double run_up_time = 0;          // s, time constant: 63 % of a speed change are done after this time; 0: immediate
+  std::string handpiece;           // the motor's handpiece in pictures, as Tool::handpiece; empty: a turbine
+  std::optional<Nozzles> nozzles;  // the handpiece's water; not used by the servo
 };
 
 /// Speed and cutting power under a load of `torque`, at pedal 0..1. The spindle stalls (0, 0) above the stall torque.

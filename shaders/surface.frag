@@ -5,6 +5,7 @@
 #include "lighting.glsl"
 #include "tooth.glsl"
 #include "gum.glsl"
+#include "film.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
@@ -111,6 +112,11 @@ void main() {
     } else if (holds(kHoldsGum) && (main_tissue == kGingiva || main_tissue >= kMucosa)) {
       soft_surface(main_tissue, in_mesh_position, in_first.w, color, n, gloss_normal);
     }
+  }
+  if (kFilm && kView != 3) {
+    vec4 film = film_at(in_position);
+    cover_with_film(film, color, look);
+    gloss_normal = film_normal(film, gloss_normal);
   }
   out_color = vec4(
       with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light))), 1.0);

@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "lighting.glsl"
+#include "film.glsl"
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;  // w: difference, in units of kDifferenceRange
@@ -62,6 +63,14 @@ void main() {
     vec2 light = visibility(world, n);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = in_tissue.x == in_tissue.y ? 0.0 : step(0.5, share);
+    if (kFilm) {
+      vec4 film = film_at(world);
+      cover_with_film(film, out_first.rgb, out_first_look);
+      if (in_tissue.x == in_tissue.y || (kHolds & kHoldsPairs) == 0)
+        out_second = out_first.rgb, out_second_look = out_first_look;
+      else
+        cover_with_film(film, out_second, out_second_look);
+    }
     vec4 look = mix(out_first_look, out_second_look, second);
     vec3 color = mix(out_first.rgb, out_second, second);
     out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);

@@ -96,7 +96,8 @@ void run_demo(const DemoOptions& options) {
   look.quality = render::kQualityLadder[kFilmQuality];
   look.handpieces = scene.handpieces;
   PictureStage stage(rig, scene.servo, look);
-  stage.surround(make_surroundings(scene.surroundings));
+  const Surroundings around = make_surroundings(scene.surroundings);
+  stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
   const std::vector<render::MeshUpdate> first = view.update(loop.carver());
@@ -115,7 +116,7 @@ void run_demo(const DemoOptions& options) {
   session::SessionWriter recorder(session_file, header, whole);
   recorder.event(0, session::EventKind::kNote, sound.about());
   TickNotes notes(scene, 0);
-  DebrisView debris(scene.servo.materials, volume);
+  DebrisView debris(scene.servo.materials, volume, water_of(scene, around));
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text for the last pictures
 
@@ -153,7 +154,9 @@ void run_demo(const DemoOptions& options) {
     }
     recorder.heartbeat();
     sound.advance(tick.t);
+    debris.hold(tick, haptics::tool_set(scene.servo)[tick.tool]);
     debris.step(1 / options.fps);
+    stage.show_film(debris.film());
     stage.show(view.update(loop.carver()), volume.frame().origin);
     (void)loop.carver().volume();  // updates the distance field, which the student and the hints read
     using Phase = Student::Phase;

@@ -42,8 +42,9 @@ const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
-constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
-constexpr double kNewtonMillimetre = 1e-3;     // N·m
+constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s
+constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s
+constexpr double kNewtonMillimetre = 1e-3;          // N·m
 // Allowed range of a scene's own limits. An example of a large force: reaming an acetabulum needs 200 N, which is 6
 // N·m at the rim of a 60 mm reamer.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
@@ -148,12 +149,12 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
-  json.allow_only({"name",         "description", "tissue",         "paint",         "tool",      "tools",
-                   "spindle_krpm", "spindle",     "coupling",       "materials",     "parts",     "friction",
-                   "cutting",      "passivity",   "boundary_walls", "force_filter",  "vibration", "score",
-                   "sound",        "prepare",     "paint_file",     "model",         "task",      "surroundings",
-                   "mouth_mirror", "suction",     "resume",         "force_limit_N", "tooth",     "torque_limit_Nmm",
-                   "tool_set",     "implant",     "handpieces"});
+  json.allow_only(
+      {"name",           "description",  "tissue",           "paint",        "tool",     "tools",     "spindle_krpm",
+       "spindle",        "coupling",     "materials",        "parts",        "friction", "cutting",   "passivity",
+       "boundary_walls", "force_filter", "vibration",        "score",        "sound",    "prepare",   "paint_file",
+       "model",          "task",         "surroundings",     "mouth_mirror", "suction",  "spray",     "resume",
+       "force_limit_N",  "tooth",        "torque_limit_Nmm", "tool_set",     "implant",  "handpieces"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -307,6 +308,15 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
         if (suction->has(key)) suction->fail("position_mm beside it");
     scene.suction_on = suction->boolean_or("on", true);
     if (scene.suction_on && !scene.needs("debris")) suction->fail("\"debris\" among the parts, or \"on\": false");
+  }
+  if (const auto spray = json.find("spray")) {
+    spray->allow_only({"flow_ml_per_min", "on"});
+    if (!servo.spindle.nozzles) spray->fail("a \"spindle\" whose motor has nozzles (\"spray\" in its file)");
+    if (!scene.needs("debris")) spray->fail("\"debris\" among the parts");
+    scene.spray = servo.spindle.nozzles;
+    scene.spray->flow =
+        spray->number_or("flow_ml_per_min", scene.spray->flow / kMillilitrePerMinute, 0.1, 500) * kMillilitrePerMinute;
+    scene.spray_on = spray->boolean_or("on", true);
   }
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});

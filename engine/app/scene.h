@@ -45,6 +45,8 @@ struct Scene {
   HandpieceView handpieces;                      // how pictures show handpieces
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
+  std::optional<Nozzles> spray;                  // the handpiece's water; empty: no water and no film
+  bool spray_on = false;                         // initial state of the spray
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }

@@ -23,7 +23,7 @@ void count_allocation() noexcept {
   g_allocations.fetch_add(1, std::memory_order_relaxed);
 }
 
-std::array<WorkCount, 23> listed(const WorkCounts& c) {
+std::array<WorkCount, 26> listed(const WorkCounts& c) {
   return {{{"ticks", "ticks of the servo", c.ticks},
            {"queries", "queries of the field", c.queries},
            {"sphere_looks", "searches for spheres (packing)", c.sphere_looks},
@@ -43,6 +43,9 @@ std::array<WorkCount, 23> listed(const WorkCounts& c) {
            {"desktop_requests", "requests to the desktop", c.desktop_requests},
            {"samples", "samples of sound", c.samples},
            {"particles_stepped", "particles stepped", c.particles_stepped},
+           {"droplets_stepped", "droplets stepped", c.droplets_stepped},
+           {"film_cells_stepped", "cells of the film stepped", c.film_cells_stepped},
+           {"film_texels", "texels of the film written", c.film_texels},
            {"allocations", "allocations", c.allocations},
            {"threads", "threads", c.threads},
            {"libraries", "libraries loaded", c.libraries},

@@ -24,6 +24,8 @@ struct WorkCounts {
   std::uint64_t desktop_requests = 0;  // requests to the desktop
   std::uint64_t samples = 0;           // samples of sound
   std::uint64_t particles_stepped = 0;
+  // The spray and the film of water and slurry on the tissue; film_texels: written for the picture.
+  std::uint64_t droplets_stepped = 0, film_cells_stepped = 0, film_texels = 0;
   // Counts of the process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;
   double cpu_seconds = 0, servo_cpu_seconds = 0;  // CPU time of all threads; of the servo thread
@@ -35,7 +37,7 @@ struct WorkCount {
   std::uint64_t value;
 };
 /// All counts except the times, in order.
-std::array<WorkCount, 23> listed(const WorkCounts& counts);
+std::array<WorkCount, 26> listed(const WorkCounts& counts);
 
 /// Counts of the process so far: bytes written, allocations, CPU time; also its present threads and libraries.
 WorkCounts process_counts();

@@ -54,7 +54,7 @@ using namespace std::chrono_literals;
 // m, distance between tool and hand; from this distance on, the tool counts as caught
 constexpr double kStuckDistance = 3e-3;
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
-constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
+constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
 constexpr double kSpeedStep = 0.05;  // fraction of the motor's speed
@@ -313,6 +313,7 @@ void Workbench::Impl::start() {
   keys += "Z, Y: undo, redo   ";
   if (picture && !options.operated) keys += "V: view   ";
   if (picture && picture->shows_debris()) keys += "A: suction   ";
+  if (picture && picture->has_spray()) keys += "W: water   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (implant) keys += "T: the phase's instrument   , .: slower, faster   B: backwards   ";
   if (headset) headset->start(began);
@@ -436,6 +437,7 @@ std::string Workbench::Impl::hint() const {
                         loop.armed ? "" : "no force until the hand is free   ");
   }
   if (picture && picture->sucking()) text += "suction on   ";
+  if (picture && picture->has_spray() && !picture->spraying()) text += "water off   ";
   if (picture && picture->ladder().changes() > 0) text += fmt::format("picture: {}   ", picture->ladder().step().name);
   return text + "space or Esc: stop";
 }
@@ -447,6 +449,7 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
     if (key == kGoOnKey) hold(false);
     if (key == kViewKey && !options.operated) picture->show_next_view(tick);
     if (key == kSuctionKey) picture->switch_suction();
+    if (key == kSprayKey) picture->switch_spray();
     if (implant) follow_implant_key(key);
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tool_set(scene.servo).size())) {

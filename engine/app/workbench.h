@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
 #include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
-#include "engine/debris/debris.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
@@ -102,7 +102,7 @@ struct WorkbenchSummary {
   LoopReport loop;                                 // the complete loop report
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
-  std::optional<debris::DebrisLedger> debris;          // balance of the chips' mass; empty without debris or picture
+  std::optional<DebrisBalance> debris;                 // balance of chips and water; empty without debris or picture
   std::uint64_t debris_cuts_lost = 0;                  // cuts whose chips are missing because the ring was full
   std::vector<std::string> explanations;
   WorkCounts work;

@@ -48,6 +48,7 @@ struct Film::State {
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells with a load
   std::vector<std::uint8_t> is_loaded, is_changed;
+  std::vector<std::size_t> present;      // the tissues whose solids were ever deposited
   std::vector<std::uint8_t> has_solids;  // 0: the cell contains water only, which is moved faster
   std::vector<glm::ivec3> changed;
   bool wet = false;  // a cell has water
@@ -72,14 +73,18 @@ struct Film::State {
     const auto at = static_cast<std::size_t>(i);
     if (cells[at].drains) return add(ledger.run_off, more);
     add(load[at], more);
-    if (total(more.solids) > 0) has_solids[at] = 1;
+    for (std::size_t t = 0; t < kTissueCount; ++t) {
+      if (!(more.solids[t] > 0)) continue;
+      has_solids[at] = 1;
+      if (std::find(present.begin(), present.end(), t) == present.end()) present.push_back(t);
+    }
     if (more.water > 0) wet = true;
     if (std::exchange(is_loaded[at], std::uint8_t{1}) == 0) loaded.push_back(i);
     mark(i);
   }
   double solid_volume(const Load& of) const {
     double volume = 0;
-    for (std::size_t t = 0; t < kTissueCount; ++t) volume += of.solids[t] * volume_of_kg[t];
+    for (const std::size_t t : present) volume += of.solids[t] * volume_of_kg[t];
     return volume;
   }
   std::int32_t nearest(const glm::dvec3& p) const {
@@ -313,26 +318,24 @@ void Film::State::flow(double dt) {
         gain[next].water += share * load[at].water;
         if (has_solids[at]) {
           has_solids[next] = 1;
-          for (std::size_t t = 0; t < kTissueCount; ++t) gain[next].solids[t] += share * load[at].solids[t];
+          for (const std::size_t t : present) gain[next].solids[t] += share * load[at].solids[t];
         }
         kept -= share;
         if (std::exchange(is_loaded[next], std::uint8_t{1}) == 0) loaded.push_back(to);
       }
       load[at].water *= kept;
       if (has_solids[at])
-        for (double& kg : load[at].solids) kg *= kept;
+        for (const std::size_t t : present) load[at].solids[t] *= kept;
       mark(i);
     }
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
       if (gain[at].water <= 0) continue;
       Load& to = cells[at].drains ? ledger.run_off : load[at];
-      if (has_solids[at])
-        add(to, gain[at]);
-      else
-        to.water += gain[at].water;
+      to.water += gain[at].water;
       gain[at].water = 0;
-      if (has_solids[at]) gain[at].solids = {};
+      if (has_solids[at])
+        for (const std::size_t t : present) to.solids[t] += std::exchange(gain[at].solids[t], 0);
       mark(i);
     }
   }

@@ -14,21 +14,11 @@
 #include <span>
 
 #include "engine/base/pose.h"
+#include "engine/contract/nozzles.h"
 #include "engine/debris/debris.h"
 #include "engine/debris/film.h"
 
 namespace typodont::debris {
-
-/// The water nozzles of a handpiece: a ring about the bur's axis, aimed at the free end of the bur.
-struct Nozzles {
-  double flow = 0;            // m³/s of water at full pedal; 0: no spray
-  int count = 1;              // number of nozzles
-  double ring_radius = 3e-3;  // m, distance of the nozzles from the axis
-  double setback = 9e-3;      // m, distance of the nozzles from the bur's free end, along the axis
-  double cone = 0.1;          // rad, standard deviation of the droplets' directions about the aim
-  double speed = 6;           // m/s of a droplet at the nozzle
-  double least_drop = 80e-6, greatest_drop = 250e-6;  // m, diameters; uniform in the logarithm
-};
 
 /// Where the nozzles and the bur are during a step.
 struct SpraySource {
@@ -42,9 +32,9 @@ struct SpraySource {
 struct SprayOptions {
   std::size_t capacity = 4096;
   std::uint64_t seed = 1;
-  double parcels_per_second = 9000;  // droplets that are simulated; each carries the water of several
-  double longest_step = 2e-3;        // s, longest straight part of a droplet's flight
-  double lifetime = 0.5;             // s, age at which a droplet has left the scene
+  double parcels_per_second = 12'000;  // droplets that are simulated; each carries the water of several
+  double longest_step = 2e-3;          // s, longest straight part of a droplet's flight
+  double lifetime = 0.5;               // s, age at which a droplet has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
@@ -53,10 +43,10 @@ struct SprayOptions {
   // it then leaves as fine mist.
   double splash_number = 57.7;
   double splashed = 0.5;
-  double fling_rate = 25;    // 1/s, rate at which a bur at `fling_speed` throws off the film that it touches
+  double fling_rate = 5;     // 1/s, rate at which a bur at `fling_speed` throws off the film that it touches
   double fling_speed = 20;   // m/s, rim speed
   int most_flung = 24;       // droplets of slurry per step
-  double exposure = 1.5e-4;  // s, time over which a flying droplet is seen as a streak
+  double exposure = 2.5e-4;  // s, time over which a flying droplet is seen as a streak
 };
 
 /// Where the droplets' mass went, kg: sprayed + flung = in_air + deposited + sucked + left + dropped, for water and for

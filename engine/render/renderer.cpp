@@ -11,6 +11,7 @@
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/mirror.h"
+#include "engine/render/passes/film_store.h"
 #include "engine/render/passes/frame_data.h"
 #include "engine/render/passes/frame_timer.h"
 #include "engine/render/passes/passes.h"
@@ -36,7 +37,7 @@ struct Renderer::Impl {
 
   gpu::ShaderInputs inputs;  // descriptor sets: one per slot for the scene, one per slot for the reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
-  VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
+  VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;
 
   Targets targets;
@@ -51,6 +52,7 @@ struct Renderer::Impl {
   HiddenPass hidden;
   MaskPass mask;
   BrickStore bricks;
+  FilmStore film;
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
@@ -78,6 +80,7 @@ struct Renderer::Impl {
     create_layout();
     create_pictures(2);
     shadow.create_map(context);
+    film.set(device, {});
   }
 
   ~Impl() {
@@ -91,8 +94,9 @@ struct Renderer::Impl {
     hidden.destroy(device);
     mask.destroy(device);
     bricks.destroy(device);
+    film.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
-    for (VkSampler s : {compare, nearest, linear}) vkDestroySampler(device.device, s, nullptr);
+    for (VkSampler s : {compare, nearest, linear, beyond_film}) vkDestroySampler(device.device, s, nullptr);
     timer.destroy(device);
     inputs.destroy(device);
   }
@@ -101,7 +105,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(4, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(5, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
@@ -113,6 +117,7 @@ struct Renderer::Impl {
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
     nearest = gpu::create_sampler(device, {.filter = VK_FILTER_NEAREST, .beyond = kBorder, .border = kWhite});
     linear = gpu::create_sampler(device, {.beyond = kBorder});
+    beyond_film = gpu::create_sampler(device, {.beyond = kBorder, .border = VK_BORDER_COLOR_FLOAT_TRANSPARENT_BLACK});
     timer = FrameTimer::create(device);
   }
 
@@ -142,7 +147,13 @@ struct Renderer::Impl {
   }
 
   shared::FrameData data_of(const Frame& frame) const {
-    return frame_data_of(frame, context.quality, looks, tool_body, targets.pictures.options.size, bounds);
+    shared::FrameData data =
+        frame_data_of(frame, context.quality, looks, tool_body, targets.pictures.options.size, bounds);
+    if (film.on()) {
+      data.film_origin = glm::vec4(glm::dvec4(film.grid.origin, 1 / film.grid.spacing));
+      data.film_size = glm::vec4(glm::dvec4(film.grid.size, 0));
+    }
+    return data;
   }
 
   bool same_particles(const Frame& frame) const {
@@ -156,7 +167,7 @@ struct Renderer::Impl {
         frame.tool.visible == last_tool.visible &&
         (!frame.tool.visible || (same(frame.tool.X_WG, last_tool.X_WG) && same(frame.tool.X_GH, last_tool.X_GH) &&
                                  frame.tool.opacity == last_tool.opacity && frame.tool.open == last_tool.open));
-    if (frame.cloud && frame.cloud->changes()) return false;
+    if ((frame.cloud && frame.cloud->changes()) || film.changed()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
            tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) &&
            !std::memcmp(&data, &last_data, sizeof data);
@@ -170,6 +181,7 @@ struct Renderer::Impl {
     inputs.fill(device, i, 2, nearest, map);
     // Without a mouth mirror the shadow map is bound instead; no shader reads this binding.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
+    inputs.fill(device, i, 4, beyond_film, film.view);
   }
 
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
@@ -209,8 +221,9 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = timer.ms;
-    for (VkPipeline p : {shadow.pipeline, tool.pipeline, tool.handpiece_pipeline, background.pipeline,
-                         particles.pipeline, particles.cloud_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
+    for (VkPipeline p :
+         {shadow.pipeline, tool.pipeline, tool.handpiece_pipeline, background.pipeline, particles.pipeline,
+          particles.cloud_pipeline, particles.streak_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
@@ -278,6 +291,7 @@ struct Renderer::Impl {
         over_tiles[e].mark(particle_tiles[e]);
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
+      film.mark(clip_from_world, drawn, tiles[e]);
       // the mirror's glass can show any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
@@ -316,9 +330,9 @@ struct Renderer::Impl {
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, false, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, true, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
       ++stats.mirror_passes;
@@ -413,6 +427,7 @@ struct Renderer::Impl {
     }
 
     if (frame.cloud) frame.cloud->record(commands, slot);
+    stats.film_bytes = film.record(device, commands, slot);
 
     if (reflects) draw_reflection(commands, mirrored, glass, slot, stats);
 
@@ -431,7 +446,7 @@ struct Renderer::Impl {
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, false, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, film.on(), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
@@ -439,7 +454,7 @@ struct Renderer::Impl {
       }
       // A partial redraw draws a black background, too, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, true, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, film.on(), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
       targets.end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
@@ -506,6 +521,17 @@ void Renderer::set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece) {
   impl_->tool_body.set(impl_->device, tool);
   impl_->handpiece_body.set(impl_->device, handpiece);
   ++impl_->settings_version;
+}
+
+void Renderer::set_film(const FilmGrid& grid) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->film.set(impl_->device, grid);
+  ++impl_->settings_version;
+}
+
+void Renderer::update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed) {
+  TYPODONT_CHECK(impl_->film.on());
+  impl_->film.update(texels, changed);
 }
 
 void Renderer::resize(glm::ivec2 size) {

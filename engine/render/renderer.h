@@ -74,6 +74,26 @@ struct Particle {
   float radius = 2e-5f;  // m
   glm::vec3 color{1};    // sRGB
   float opacity = 1;     // 1: a chip; less: mist
+  glm::vec3 streak{0};   // m, W: the way that a droplet flew while it was seen; it ends at p
+};
+
+/// The grid of the film of water and slurry on the working tooth: samples at origin + spacing · (x, y, z).
+struct FilmGrid {
+  dvec3 origin{0};     // m, W
+  double spacing = 0;  // m
+  glm::ivec3 size{0};  // number of samples; 0: no film
+};
+/// The film at a sample, as shaders/film.glsl reads it; all zero: dry and clean.
+struct FilmTexel {
+  std::uint8_t water = 0;   // 255 · (1 − exp(−height / 80 µm))
+  std::uint8_t cover = 0;   // 255 · opacity of the solids
+  std::uint8_t colour = 0;  // colour of the solids: 0 enamel, 128 dentin, 255 caries
+  std::uint8_t blood = 0;   // 255 · fraction of blood in the colour
+  bool operator==(const FilmTexel&) const = default;
+};
+/// Samples lo … hi of the grid, inclusive.
+struct FilmBox {
+  glm::ivec3 lo{0}, hi{0};
 };
 
 struct ToolState {
@@ -143,8 +163,9 @@ struct FrameStats {
   int commands = 0;         // number of recorded draw calls
   int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
-  int pipelines = 0;  // number of pipelines that exist now
-  double pixel = 0;   // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
+  int pipelines = 0;             // number of pipelines that exist now
+  std::uint64_t film_bytes = 0;  // uploaded for the film on the surfaces
+  double pixel = 0;  // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
   // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
   // the glass.
   int mirror_passes = 0, mirror_bricks = 0;
@@ -169,6 +190,10 @@ class Renderer {
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// `handpiece`: what holds the tool; an empty mesh: nothing.
   void set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece = {});
+  /// Sets the grid of the film on the surfaces, without film; size 0: no film, which costs nothing.
+  void set_film(const FilmGrid& grid);
+  /// Copies these boxes of the film from an array of the whole grid (index (x·size.y + y)·size.z + z).
+  void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.

@@ -37,6 +37,8 @@ struct FrameData {
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   vec4 tissue_look[16];   // roughness, metal, wetness
+  vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
+  vec4 film_size;         // xyz: number of samples of the film's grid
 };
 
 // push constants of an object

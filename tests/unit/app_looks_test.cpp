@@ -302,7 +302,7 @@ TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
     for (int i = 0; i < 30; ++i) view.step(0.01);
     double seen = 0;
     for (const render::Particle& p : view.particles()) seen += p.opacity > 0 && p.radius > 0;
-    return std::pair(seen, view.settle().sucked);
+    return std::pair(seen, view.settle().chips.sucked);
   };
   EXPECT_EQ(left_after(false).second, 0);
   EXPECT_GT(left_after(true).second, 0);

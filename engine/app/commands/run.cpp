@@ -26,20 +26,40 @@ struct Options {
   bool json = false;
 };
 
+/// Masses of water and of each tissue's solids, mg.
+nlohmann::ordered_json load_json(const debris::Load& load) {
+  nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
+  for (std::size_t t = 0; t < kTissueCount; ++t)
+    if (load.solids[t] > 0) json[std::string(name_of(static_cast<Tissue>(t))) + "_mg"] = load.solids[t] * 1e6;
+  return json;
+}
+
 /// Mass balance of the chips, mg; null: the mass is known only on the GPU that moves the chips.
-nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint64_t cuts_lost) {
+nlohmann::ordered_json debris_json(const DebrisBalance& balance, std::uint64_t cuts_lost) {
+  const debris::DebrisLedger& ledger = balance.chips;
   const auto number = [](double kg) {
     return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();
   };
   nlohmann::ordered_json born = nlohmann::ordered_json::object();
   for (std::size_t t = 0; t < kTissueCount; ++t)
     if (ledger.born[t] > 0) born[std::string(name_of(static_cast<Tissue>(t)))] = number(ledger.born[t]);
-  return {{"born_mg", born},
-          {"in_the_air_mg", number(ledger.alive)},
-          {"decayed_mg", number(ledger.decayed)},
-          {"sucked_mg", number(ledger.sucked)},
-          {"no_room_mg", number(ledger.dropped)},
-          {"cuts_lost", cuts_lost}};
+  nlohmann::ordered_json json = {{"born_mg", born},
+                                 {"in_the_air_mg", number(ledger.alive)},
+                                 {"decayed_mg", number(ledger.decayed)},
+                                 {"sucked_mg", number(ledger.sucked)},
+                                 {"no_room_mg", number(ledger.dropped)},
+                                 {"deposited_mg", number(ledger.deposited)},
+                                 {"cuts_lost", cuts_lost}};
+  if (const auto& s = balance.spray)
+    json["spray"] = {{"sprayed", load_json(s->sprayed)},   {"flung", load_json(s->flung)},
+                     {"in_the_air", load_json(s->in_air)}, {"deposited", load_json(s->deposited)},
+                     {"sucked", load_json(s->sucked)},     {"left", load_json(s->left)},
+                     {"no_room", load_json(s->dropped)}};
+  if (const auto& f = balance.film)
+    json["film"] = {{"deposited", load_json(f->deposited)}, {"on_surface", load_json(f->on_surface)},
+                    {"sucked", load_json(f->sucked)},       {"run_off", load_json(f->run_off)},
+                    {"dried_mg", f->dried * 1e6},           {"flung", load_json(f->flung)}};
+  return json;
 }
 
 void run(const Options& options) {

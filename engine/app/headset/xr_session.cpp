@@ -95,7 +95,7 @@ struct XrSession::Thread {
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
-  std::optional<debris::DebrisLedger> debris_mass;
+  std::optional<DebrisBalance> debris_mass;
   WorkCounts work;  // counts of the thread's work; used only by the thread until it ends
 
   std::thread thread;
@@ -110,8 +110,8 @@ struct XrSession::Thread {
         reach(tissue_reach(scene, tissue)),
         wiring(w),
         options(o) {
-    if (options.debris) debris.emplace(scene.servo.materials, tissue);
     surroundings = make_surroundings(scene.surroundings);
+    if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
     mirror = scene_mirror = scene.mouth_mirror;
   }
 
@@ -194,8 +194,10 @@ struct XrSession::Thread {
       }
       if (debris) {
         debris->follow(wiring, haptics::tool_set(servo));
-        work.particles_stepped += debris->alive();
+        debris->hold(tick, haptics::tool_set(servo)[tick.tool]);
         debris->step(std::min(dt, 0.1));
+        debris->count(work);
+        stage.show_film(debris->film());
       }
       for (std::size_t i = 0; options.touches && i < 2; ++i)
         if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], tick, still_tips[i], still_arms[i]);
@@ -354,7 +356,7 @@ std::vector<std::string> XrSession::explanations() const {
   return thread_->explanations;
 }
 
-std::optional<debris::DebrisLedger> XrSession::debris() const {
+std::optional<DebrisBalance> XrSession::debris() const {
   const std::lock_guard lock(thread_->mutex);
   return thread_->debris_mass;
 }

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/picture/debris_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
-#include "engine/debris/debris.h"
 #include "engine/display/display_rig.h"
 
 namespace typodont {
@@ -46,7 +46,7 @@ class XrSession {
   std::vector<std::string> explanations() const;
   /// Returns the balance of the chips' mass. Call this function after stop(). Empty if there were no chips or the
   /// thread hangs.
-  std::optional<debris::DebrisLedger> debris() const;
+  std::optional<DebrisBalance> debris() const;
   /// Adds the work of the headset's thread to `work`. Call this function after stop(). Does nothing if the thread
   /// hangs.
   void add_work(WorkCounts& work) const;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/app/picture/film_picture.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/hmd.h"
@@ -31,6 +32,8 @@ class XrStage {
   /// Adds the static surroundings; call before the first bricks.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
+  /// Brings the film on the surfaces up to date; null: no film.
+  void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
 
   /// All objects that are drawn besides the tissue.
   struct Scenery {
@@ -59,6 +62,7 @@ class XrStage {
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
+  FilmPicture::Shown film_shown_;
   std::vector<haptics::Tool> tools_;
   haptics::Spindle spindle_;
   HandpieceView handpieces_;

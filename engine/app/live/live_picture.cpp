@@ -56,11 +56,12 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
                                                   : "head: " + rig.head.tracker);
   update_tissue_visibility();
   if (!session_.debris) return;
-  debris_.emplace(scene_.servo.materials, session_.carver.volume());
+  debris_.emplace(scene_.servo.materials, session_.carver.volume(), water_of(scene_, around_));
   debris_->use(&stage_->device());
   suck(scene_.suction_on);
-  explanations.push_back(debris_->cloud() ? "debris: moved by the GPU"
-                                          : "debris: moved by the processor, which also draws");
+  explanations.push_back(debris_->cloud()       ? "debris: moved by the GPU"
+                         : debris_->has_spray() ? "debris: moved by the processor, with spray and film"
+                                                : "debris: moved by the processor, which also draws");
 }
 
 void LivePicture::make(gpu::Device* device) {
@@ -93,7 +94,7 @@ void LivePicture::drop() {
   stage_.reset();
 }
 
-std::optional<debris::DebrisLedger> LivePicture::settle_debris() {
+std::optional<DebrisBalance> LivePicture::settle_debris() {
   if (!debris_) return std::nullopt;
   debris_->follow(session_.wiring, haptics::tool_set(scene_.servo));
   return debris_->settle();
@@ -128,6 +129,10 @@ void LivePicture::suck(bool on) {
   constexpr double kBeside = 9e-3;  // m, distance behind the tooth as seen by the trainee
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
+}
+
+void LivePicture::switch_spray() {
+  if (debris_) debris_->spray(!debris_->spraying());
 }
 
 void LivePicture::switch_suction() {
@@ -238,7 +243,9 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
   own_stage_->look_from(rig_of(own_from_, views_->middle(), own_size_));
   const Look& look = views_->look(Eyes::kOwn);
   own_stage_->hold_mirror(mirror_for(look));
-  const auto particles = debris_ && look.debris ? debris_->particles() : std::span<const render::Particle>{};
+  const bool chips = debris_ && look.debris;
+  const auto particles = chips ? debris_->particles() : std::span<const render::Particle>{};
+  own_stage_->show_film(chips ? debris_->film() : nullptr);
   const auto stats = own_stage_->draw(tick, particles, dt);
   if (!stats.drawn) return;
   ++own_frames_;
@@ -246,10 +253,12 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
   if (in_one_window() || !stage_) frame_shown();
 }
 
-void LivePicture::move_debris(double dt, WorkCounts& work) {
-  debris_->follow(session_.wiring, haptics::tool_set(scene_.servo));
-  work.particles_stepped += debris_->alive();
+void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work) {
+  const std::span tools = haptics::tool_set(scene_.servo);
+  debris_->follow(session_.wiring, tools);
+  debris_->hold(tick, tools[tick.tool]);
   debris_->step(std::min(dt, 0.1));
+  debris_->count(work);
 }
 
 void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
@@ -260,7 +269,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
-  if (debris_) move_debris(dt, work);
+  if (debris_) move_debris(tick, dt, work);
   if (left_hand_) wiring.mouth_mirror.fetch();
   follow_implant(tick);
   draw_own(tick, dt, work);
@@ -272,6 +281,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   stage_->hold_mirror(mirror_for(look));
   const bool chips = debris_ && look.debris;
   stage_->show_cloud(chips ? debris_->cloud() : nullptr);
+  stage_->show_film(chips ? debris_->film() : nullptr);
   const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
   frames_ += stats.drawn;
   record_view();

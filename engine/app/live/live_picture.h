@@ -46,7 +46,7 @@ class LivePicture {
   /// The views; null after close() was called.
   LiveViews* views() { return views_.get(); }
   /// Returns the balance of the removed mass. Call this function at the end of the session.
-  std::optional<debris::DebrisLedger> settle_debris();
+  std::optional<DebrisBalance> settle_debris();
   /// Waits for unfinished work at the end of the session. The trainee's last picture stays visible.
   void close();
 
@@ -73,6 +73,10 @@ class LivePicture {
   void show_next_view(const ServoTick& tick);
   /// Switches the suction on or off, if there is debris.
   void switch_suction();
+  /// Switches the handpiece's water on or off, if the scene has spray.
+  void switch_spray();
+  bool has_spray() const { return debris_ && debris_->has_spray(); }
+  bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
   /// Changes the colour of a tissue, sRGB, in both pictures.
@@ -94,7 +98,7 @@ class LivePicture {
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
   void suck(bool on);
-  void move_debris(double dt, WorkCounts& work);
+  void move_debris(const ServoTick& tick, double dt, WorkCounts& work);
   void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
   void frame_shown();
   void record_view();

@@ -10,6 +10,10 @@ namespace typodont {
 namespace {
 
 constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a cavity
+constexpr double kFilm = 3e-4;        // m, spacing of the field with a film: a cavity is several cells wide
+constexpr double kFilmShown = 0.05;   // s between updates of the film's picture
+constexpr double kCutSteps = 0.1e-3;  // m, the field is cut each time that the head has moved this far
+constexpr double kPressed = 0.05;     // pedal, 0..1, from which the handpiece sprays
 constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
@@ -18,13 +22,22 @@ constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace
 
-DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue) : materials_(materials) {
+WaterPlan water_of(const Scene& scene, const Surroundings& around) {
+  return {scene.spray, scene.spray_on, around.covered};
+}
+
+DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan)
+    : film(field, materials, {.drain = plan.drain}), spray(*plan.nozzles), picture(field) {}
+
+DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
+    : materials_(materials) {
   // Take every n-th sample of the volume, so that no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
   const VoxelFrame& frame = tissue.frame();
-  const int every = std::max(1, static_cast<int>(kCoarse / frame.voxel));
+  const int every = std::max(
+      1, static_cast<int>(water.nozzles ? std::round(kFilm / frame.voxel) : std::floor(kCoarse / frame.voxel)));
   const glm::ivec3 size = hi - lo + 1;
   std::vector<float> fine(static_cast<std::size_t>(size.x) * size.y * size.z);
   tissue.copy(lo, size, fine.data(), nullptr);
@@ -42,6 +55,9 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
     }
   }
   field_.distance = distance_.data();
+  if (!water.nozzles) return;
+  water_.emplace(field_, materials_, water);
+  spraying_ = water.on;
 }
 
 void DebrisView::use(gpu::Device* device) {
@@ -49,7 +65,7 @@ void DebrisView::use(gpu::Device* device) {
   // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
   // created.
   batch_size_ = device && device->processor ? kLumps : 1;
-  if (!device || device->processor) return;
+  if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
   cloud_.emplace(*device, cloud_law(options_, field_, kLeastShown), distance_);
   suck(suction_);
@@ -90,6 +106,7 @@ render::CloudParticle cloud_particle(const debris::NewParticle& n, const dvec3& 
 
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
   if (cut.fill_radius != 0) return;
+  if (water_) carve(cut, tool);
   for (std::size_t t = 0; t < kTissueCount; ++t) batch_removed_[t] += cut.removed[t];
   last_ = cut;
   last_radius_ = tool.radius();
@@ -117,14 +134,69 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
   while (wiring.pieces_to_debris.pop(piece)) add(piece);
 }
 
-debris::DebrisLedger DebrisView::settle() {
+/// Cuts the coarse field, so that water flows into the cavity.
+void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
+  Water& water = *water_;
+  water.head = haptics::HeadField(tool, 1);
+  water.reach = tool.reach();
+  water.uncut = cut.X_WB;
+  if (!water.cut_at || glm::length(cut.X_WB.p - water.cut_at->p) > kCutSteps) carve_pending();
+}
+
+void DebrisView::carve_pending() {
+  Water& water = *water_;
+  if (!water.uncut) return;
+  const Pose X_WB = *std::exchange(water.uncut, std::nullopt), X_BW = inverse(X_WB);
+  water.cut_at = X_WB;
+  const double reach = water.reach + 2 * field_.spacing;
+  const auto sample = [&](const dvec3& p) { return glm::ivec3(glm::floor((p - field_.origin) / field_.spacing)); };
+  const glm::ivec3 lo = glm::max(sample(X_WB.p - reach), glm::ivec3(0)),
+                   hi = glm::min(sample(X_WB.p + reach) + 1, field_.size - 1);
+  bool changed = false;
+  for (int x = lo.x; x <= hi.x; ++x)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int z = lo.z; z <= hi.z; ++z) {
+        float& d =
+            distance_[(static_cast<std::size_t>(x) * field_.size.y + static_cast<std::size_t>(y)) * field_.size.z +
+                      static_cast<std::size_t>(z)];
+        const auto outside =
+            static_cast<float>(-water.head.distance(X_BW * (field_.origin + field_.spacing * dvec3(x, y, z))));
+        if (outside <= d) continue;
+        d = outside;
+        changed = true;
+      }
+  if (changed) water.film.update(lo, hi);
+}
+
+void DebrisView::hold(const ServoTick& tick, const haptics::Tool& tool) {
+  if (!water_) return;
+  water_->bur = tool.turns();
+  water_->source = {.X_WT = tick.X_WG,
+                    .head_radius = tool.radius(),
+                    .head_half = tool.half(),
+                    .spindle = tick.spindle,
+                    .water = spraying_ && std::abs(tick.pedal) > kPressed && tick.spindle != 0 ? 1.0 : 0.0};
+}
+
+void DebrisView::count(WorkCounts& work) {
+  work.particles_stepped += alive();
+  if (!water_) return;
+  work.droplets_stepped +=
+      water_->spray.droplets_stepped() - std::exchange(water_->droplets, water_->spray.droplets_stepped());
+  work.film_cells_stepped += water_->film.cells_stepped() - std::exchange(water_->cells, water_->film.cells_stepped());
+  work.film_texels +=
+      water_->picture.texels_written() - std::exchange(water_->texels, water_->picture.texels_written());
+}
+
+DebrisBalance DebrisView::settle() {
   emit_batch();
   debris::DebrisLedger ledger = debris_.ledger();
   double given = 0;
   for (std::size_t t = 0; t < kTissueCount; ++t) ledger.born[t] += given_[t], given += given_[t];
   ledger.dropped += given_dropped_;
   if (given > 0) ledger.alive = ledger.decayed = ledger.sucked = std::numeric_limits<double>::quiet_NaN();
-  return ledger;
+  if (!water_) return {ledger, std::nullopt, std::nullopt};
+  return {ledger, water_->spray.ledger(), water_->film.ledger()};
 }
 
 void DebrisView::emit(const Cut& cut, double radius) {
@@ -139,13 +211,24 @@ void DebrisView::emit(const Cut& cut, double radius) {
 
 void DebrisView::step(double dt) {
   if (cloud_) return cloud_->advance(dt);
-  debris_.step(dt, field_, suction_ ? &*suction_ : nullptr);
+  const debris::Suction* suction = suction_ ? &*suction_ : nullptr;
+  if (!water_) return debris_.step(dt, field_, suction);
+  Water& water = *water_;
+  carve_pending();
+  water.spray.step(dt, water.bur ? &water.source : nullptr, field_, water.film, suction);
+  debris_.step(dt, field_, suction, &water.film);
+  water.film.step(dt, suction);
+  water.since_shown += dt;
+  if (water.since_shown < kFilmShown) return;
+  water.since_shown = 0;
+  water.picture.update(water.film);
 }
 
 std::span<const render::Particle> DebrisView::particles() {
   points_.resize(debris_.alive());
   const std::size_t count = debris_.write_points(points_);
   particles_.clear();
+  if (water_) add_droplets();
   for (std::size_t i = 0; i < count; ++i) {
     const debris::DebrisPoint& point = points_[i];
     const bool mist = point.chip < kMistChip;
@@ -154,6 +237,23 @@ std::span<const render::Particle> DebrisView::particles() {
                           glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), fraction});
   }
   return particles_;
+}
+
+void DebrisView::add_droplets() {
+  constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, water in the light of the lamp
+  constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
+  constexpr float kThin = 0.5f;  // a droplet in flight is seen as a streak thinner than the droplet
+  droplets_.resize(water_->spray.alive());
+  const std::size_t count = water_->spray.write_points(droplets_);
+  for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {
+    const bool water = drop.tissue == Tissue::kAir;
+    const glm::vec3 solid(materials_[static_cast<std::size_t>(drop.tissue)].color);
+    particles_.push_back({.p = drop.p_W,
+                          .radius = kThin * drop.diameter / 2,
+                          .color = water ? kWater : glm::mix(kWater, solid, 0.7f),
+                          .opacity = water ? kOpacity : kSlurryOpacity,
+                          .streak = drop.streak_W});
+  }
 }
 
 }  // namespace typodont

@@ -1,15 +1,24 @@
-// Chips in the picture: cuts create them, and they bounce off a coarse copy of the tissue. Render thread.
+// Chips, water and slurry in the picture: cuts create chips, which bounce off a coarse copy of the tissue; a handpiece
+// with spray wets it. Render thread.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/app/picture/film_picture.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/wiring.h"
+#include "engine/app/work_counts.h"
+#include "engine/contract/nozzles.h"
 #include "engine/debris/debris.h"
+#include "engine/debris/film.h"
+#include "engine/debris/spray.h"
 #include "engine/render/particle_cloud.h"
 #include "engine/render/renderer.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/tool.h"
 
 namespace typodont {
 
@@ -17,11 +26,32 @@ namespace typodont {
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
-/// A GPU moves the particles if there is one, so they cost no CPU time. With software rendering the CPU moves them
-/// directly, which is several times faster than compute shaders on the CPU.
+/// The water of a session. Without nozzles there is no water and no film, and neither costs anything.
+struct WaterPlan {
+  std::optional<Nozzles> nozzles;
+  bool on = false;  // initial state of the spray
+  glm::dvec4 drain{
+      0};  // the tooth is inside the gum where dot(drain, (p_W, 1)) < 0: the film ends there; zero: nowhere
+};
+
+/// The water of a scene. `around`: its surroundings.
+WaterPlan water_of(const Scene& scene, const Surroundings& around);
+
+/// Balance of chips, droplets and film in kg. Entries that are known only on the GPU are NaN.
+struct DebrisBalance {
+  debris::DebrisLedger chips;
+  std::optional<debris::SprayLedger> spray;  // only with nozzles
+  std::optional<debris::FilmLedger> film;
+};
+
+/// A GPU moves the chips if there is one, so they cost no CPU time. With software rendering the CPU moves them
+/// directly, which is several times faster than compute shaders on the CPU. With nozzles the CPU moves them in any
+/// case, because they become part of the film.
 class DebrisView {
  public:
-  DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue);
+  DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
+  DebrisView(const DebrisView&) = delete;
+  DebrisView& operator=(const DebrisView&) = delete;
   /// Sets the device that draws the particles; null: no device, for example before its destruction. Existing particles
   /// are lost.
   void use(gpu::Device* device);
@@ -33,7 +63,17 @@ class DebrisView {
   void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
   /// Sets the suction nozzle; empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
+  /// The bur of the next step, which sprays while the pedal is pressed and flings the film that it touches.
+  void hold(const ServoTick& tick, const haptics::Tool& tool);
+  /// Switches the water on or off; does nothing without nozzles.
+  void spray(bool on) { spraying_ = on && water_; }
+  bool spraying() const { return spraying_; }
+  bool has_spray() const { return water_.has_value(); }
   void step(double dt);
+  /// The film for PictureStage::show_film; null: there is none.
+  const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
+  /// Adds the work since the last call.
+  void count(WorkCounts& work);
   /// The particles on the GPU, for render::Frame; null: particles() contains all particles.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
   /// The particles in the renderer's format; valid until the next call.
@@ -41,9 +81,26 @@ class DebrisView {
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
   /// At the end: creates the chips of waiting cuts, and returns the balance of mass. Entries that are known only on the
   /// GPU are NaN.
-  debris::DebrisLedger settle();
+  DebrisBalance settle();
 
  private:
+  struct Water {
+    Water(const debris::CoarseField& field, const MaterialTable& materials, const WaterPlan& plan);
+    debris::Film film;
+    debris::Spray spray;
+    FilmPicture picture;
+    debris::SpraySource source;
+    bool bur = false;        // `source` is set
+    double since_shown = 0;  // s since the picture was updated
+    // The head at the last cut that the field does not contain yet, and where the field was cut last.
+    std::optional<Pose> uncut, cut_at;
+    haptics::HeadField head;
+    double reach = 0;                                   // m, from the head's centre to its farthest point
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // work that was counted already
+  };
+  void carve(const Cut& cut, const haptics::Tool& tool);
+  void carve_pending();
+  void add_droplets();
   void emit_batch();
   void emit(const Cut& cut, double radius);
 
@@ -61,7 +118,9 @@ class DebrisView {
   std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;
   debris::CoarseField field_;
-  std::vector<debris::DebrisPoint> points_;
+  std::optional<Water> water_;
+  bool spraying_ = false;
+  std::vector<debris::DebrisPoint> points_, droplets_;
   std::vector<render::Particle> particles_;
 };
 

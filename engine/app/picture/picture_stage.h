@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/film_picture.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/work_counts.h"
@@ -84,6 +85,8 @@ class PictureStage {
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
   /// Sets the particles on the stage's device from the next frame on; null: none.
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
+  /// Brings the film on the surfaces up to date; null: no film.
+  void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
   /// Sets the view from the next frame on; `section` as in render::Frame. show_inside() provides the bodies that a view
   /// shows besides the surface (engine/app/picture/teaching_views.h).
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
@@ -184,6 +187,7 @@ class PictureStage {
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
   render::ParticleCloud* cloud_ = nullptr;
+  FilmPicture::Shown film_shown_;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
   double pixel_ = 0;                         // m, size of a pixel of the last frame on the tooth

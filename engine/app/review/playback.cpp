@@ -62,12 +62,14 @@ class Side {
 
   void attach(PictureStage& stage) {
     stage_ = &stage;
-    stage.surround(make_surroundings(player_.scene().surroundings));
+    const Surroundings around = make_surroundings(player_.scene().surroundings);
+    stage.surround(around);
     stage.hold_mirror(player_.scene().mouth_mirror);
     const double voxel = player_.tissue().frame().voxel;
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
     player_.smooth_to(detail_->tolerance());
-    if (player_.scene().needs("debris")) debris_.emplace(servo().materials, player_.tissue());
+    if (player_.scene().needs("debris"))
+      debris_.emplace(servo().materials, player_.tissue(), water_of(player_.scene(), around));
   }
 
   void show_as(const std::string& view) {
@@ -96,7 +98,9 @@ class Side {
     if (view_ == "section" || view_ == "xray") look_inside();
     if (debris_) {
       for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tool_set(servo())[cut.tool]);
+      debris_->hold(player_.tick(), haptics::tool_set(servo())[player_.tick().tool]);
       debris_->step(std::clamp(dt, 0.0, 0.1));
+      stage_->show_film(debris_->film());
     }
   }
   /// Chooses the level of detail for the next picture from the statistics of the last one.

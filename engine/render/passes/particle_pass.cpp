@@ -3,6 +3,7 @@
 #include "engine/render/passes/passes.h"
 #include "shaders/particle_frag.h"
 #include "shaders/particle_vert.h"
+#include "shaders/streak_vert.h"
 
 namespace typodont::render {
 
@@ -12,21 +13,32 @@ struct Instance {
   float place[4];         // xyz: position, w: radius; m
   std::uint8_t color[4];  // sRGB, opacity
 };
+struct Streak {
+  Instance head;
+  float way[3];  // m, from the streak's beginning to its head
+};
 
 }  // namespace
 
 void ParticlePass::prepare(PassContext& context, int slot, std::span<const Particle> particles) {
-  count = static_cast<std::uint32_t>(particles.size());
-  if (!count) return;
+  streaks = static_cast<std::uint32_t>(
+      std::count_if(particles.begin(), particles.end(), [](const Particle& p) { return p.streak != glm::vec3(0); }));
+  count = static_cast<std::uint32_t>(particles.size()) - streaks;
+  if (particles.empty()) return;
   // Six vertices per particle, without instancing: software rendering needs many times longer for many small instances.
-  gpu::Buffer& buffer = corners.at_least(context.device, slot, 6 * particles.size() * sizeof(Instance),
-                                         VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-  auto* out = buffer.mapped<Instance>();
+  const auto of = [&](SlotBuffers& buffers, std::size_t bytes) -> gpu::Buffer& {
+    return buffers.at_least(context.device, slot, bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  };
+  auto* out = count ? of(corners, 6 * count * sizeof(Instance)).mapped<Instance>() : nullptr;
+  auto* streak = streaks ? of(streak_corners, 6 * streaks * sizeof(Streak)).mapped<Streak>() : nullptr;
   const auto unorm = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f); };
   for (const Particle& p : particles) {
     const Instance own{{p.p.x, p.p.y, p.p.z, p.radius},
                        {unorm(p.color.r), unorm(p.color.g), unorm(p.color.b), unorm(p.opacity)}};
-    out = std::fill_n(out, 6, own);
+    if (p.streak == glm::vec3(0))
+      out = std::fill_n(out, 6, own);
+    else
+      streak = std::fill_n(streak, 6, Streak{own, {p.streak.x, p.streak.y, p.streak.z}});
   }
 }
 
@@ -38,7 +50,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
     // The quad's corners lie √2 radii from its middle, and perspective enlarges the corners that are nearer to the eye.
-    const float reach = 1.6f * std::max(p.radius * scale / c.w, 0.7f) + 2;
+    const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
         middle.y - reach > static_cast<float>(size.y))
@@ -51,7 +63,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
 void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud,
                           FrameStats& stats) {
   const std::vector<ParticleCloud::Run> runs = cloud ? cloud->runs() : std::vector<ParticleCloud::Run>{};
-  if (!count && runs.empty()) return;
+  if (!count && !streaks && runs.empty()) return;
   const auto chosen = [&](VkPipeline& own, bool corners_given) {
     if (!own) {
       gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
@@ -74,6 +86,23 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
     vkCmdDraw(commands, 6 * count, 1, 0, 0);
     ++stats.commands;
   }
+  if (streaks) {
+    if (!streak_pipeline) {
+      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_streak_vert, kSpirv_particle_frag);
+      o.bindings = {{0, sizeof(Streak), VK_VERTEX_INPUT_RATE_VERTEX}};
+      o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Streak, head.place)},
+                      {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Streak, head.color)},
+                      {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(Streak, way)}};
+      o.cull = VK_CULL_MODE_NONE;
+      o.depth_write = false;
+      o.blend = true;
+      streak_pipeline = gpu::create_pipeline(context.device, o);
+    }
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, streak_pipeline);
+    vkCmdBindVertexBuffers(commands, 0, 1, &streak_corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+    vkCmdDraw(commands, 6 * streaks, 1, 0, 0);
+    ++stats.commands;
+  }
   for (const ParticleCloud::Run& run : runs) {
     chosen(cloud_pipeline, false);
     const VkBuffer buffer = cloud->instances();
@@ -86,7 +115,9 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
 void ParticlePass::destroy(gpu::Device& device) {
   destroy_pipeline(device, pipeline);
   destroy_pipeline(device, cloud_pipeline);
+  destroy_pipeline(device, streak_pipeline);
   corners.destroy(device);
+  streak_corners.destroy(device);
 }
 
 }  // namespace typodont::render

@@ -25,8 +25,9 @@ struct SurfacePass {
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // cursor setting for which the pipelines were created
+  bool with_film = false;       // film setting for which the pipelines were created
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
-              std::span<const DrawGroup> groups, const Frame& frame, bool glass, FrameStats& stats);
+              std::span<const DrawGroup> groups, const Frame& frame, bool film, bool glass, FrameStats& stats);
   int pipelines() const {
     return static_cast<int>(kBrickKinds -
                             static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
@@ -98,8 +99,9 @@ struct BackgroundPass {
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // draws particles that live on the GPU
-  SlotBuffers corners;
-  std::uint32_t count = 0;
+  VkPipeline streak_pipeline = VK_NULL_HANDLE;
+  SlotBuffers corners, streak_corners;
+  std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
   /// Marks the tiles that show particles.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,

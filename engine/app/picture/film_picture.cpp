@@ -1,0 +1,132 @@
+#include "engine/app/picture/film_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace typodont {
+
+namespace {
+
+constexpr double kWaterDepth = 80e-6;  // m, height of water at which 63 % of its effect is reached; as in film.glsl
+// m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide their cross-section.
+constexpr double kSolidsDepth = 4e-6;
+constexpr int kVisible = 10;  // of 255; smaller changes of a texel are not drawn
+
+std::uint8_t byte(double fraction) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(fraction, 0.0, 1.0)));
+}
+
+render::FilmTexel texel_of(const debris::FilmCell& cell) {
+  double solids = 0, tint = 0, blood = 0;
+  for (std::size_t t = 0; t < kTissueCount; ++t) {
+    const double height = cell.solids[t];
+    const auto tissue = static_cast<Tissue>(t);
+    solids += height;
+    if (tissue == Tissue::kPulp || tissue == Tissue::kGingiva)
+      blood += height;
+    else
+      tint += height * (tissue == Tissue::kCaries ? 1 : tissue == Tissue::kEnamel ? 0 : 0.5);
+  }
+  const double white = solids - blood;
+  return {.water = byte(-std::expm1(-cell.water / kWaterDepth)),
+          .cover = byte(-std::expm1(-solids / kSolidsDepth)),
+          .colour = byte(white > 0 ? tint / white : 0),
+          .blood = byte(solids > 0 ? blood / solids : 0)};
+}
+
+/// True if the eye could tell the two apart. The colour of the solids counts only as far as they cover the surface.
+bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
+  const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
+  const int cover = std::max(a.cover, b.cover);
+  return apart(a.water, b.water) >= kVisible || apart(a.cover, b.cover) >= kVisible ||
+         apart(a.colour, b.colour) * cover / 255 >= kVisible || apart(a.blood, b.blood) * cover / 255 >= kVisible;
+}
+
+}  // namespace
+
+FilmPicture::FilmPicture(const debris::CoarseField& field)
+    : grid_{field.origin, field.spacing, field.size}, blocks_((field.size + kBlock - 1) / kBlock) {
+  const std::size_t samples = static_cast<std::size_t>(grid_.size.x) * static_cast<std::size_t>(grid_.size.y) *
+                              static_cast<std::size_t>(grid_.size.z);
+  own_.resize(samples);
+  texels_.resize(samples);
+  queued_.resize(samples);
+  block_version_.resize(static_cast<std::size_t>(blocks_.x) * static_cast<std::size_t>(blocks_.y) *
+                        static_cast<std::size_t>(blocks_.z));
+}
+
+void FilmPicture::update(debris::Film& film) {
+  changed_.clear();
+  film.take_changed(changed_);
+  if (changed_.empty()) return;
+  queue_.clear();
+  for (const glm::ivec3& sample : changed_) {
+    const debris::FilmCell cell = film.cell(sample);
+    const render::FilmTexel texel = cell.area > 0 ? texel_of(cell) : render::FilmTexel{};
+    render::FilmTexel& own = own_[index(sample)];
+    if (!differ(own, texel) && (texel != render::FilmTexel{} || own == texel)) continue;
+    own = texel;
+    glm::ivec3 d;
+    for (d.x = -1; d.x <= 1; ++d.x)
+      for (d.y = -1; d.y <= 1; ++d.y)
+        for (d.z = -1; d.z <= 1; ++d.z)
+          if (std::exchange(queued_[index(sample + d)], std::uint8_t{1}) == 0) queue_.push_back(sample + d);
+  }
+  if (queue_.empty()) return;
+  ++version_;
+  for (const glm::ivec3& sample : queue_) {
+    queued_[index(sample)] = 0;
+    write(film, sample);
+  }
+}
+
+/// A sample without a cell gets the mean of its neighbours that have one, so that the interpolated film does not fade
+/// beside the surface.
+void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
+  render::FilmTexel texel = own_[index(sample)];
+  if (!film.has_cell(sample)) {
+    int count = 0;
+    glm::ivec4 sum(0);
+    glm::ivec3 d;
+    for (d.x = -1; d.x <= 1; ++d.x)
+      for (d.y = -1; d.y <= 1; ++d.y)
+        for (d.z = -1; d.z <= 1; ++d.z) {
+          if (!film.has_cell(sample + d)) continue;
+          const render::FilmTexel& t = own_[index(sample + d)];
+          sum += glm::ivec4(t.water, t.cover, t.colour, t.blood);
+          ++count;
+        }
+    sum = count > 0 ? (sum + count / 2) / count : glm::ivec4(0);
+    texel = {static_cast<std::uint8_t>(sum.x), static_cast<std::uint8_t>(sum.y), static_cast<std::uint8_t>(sum.z),
+             static_cast<std::uint8_t>(sum.w)};
+  }
+  render::FilmTexel& shown = texels_[index(sample)];
+  if (shown == texel) return;
+  shown = texel;
+  ++texels_written_;
+  const glm::ivec3 block = sample / kBlock;
+  block_version_[static_cast<std::size_t>((block.x * blocks_.y + block.y) * blocks_.z + block.z)] = version_;
+}
+
+void FilmPicture::show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown) {
+  if (picture != shown.picture) {
+    renderer.set_film(picture ? picture->grid_ : render::FilmGrid{});
+    shown = {picture, 0};
+  }
+  if (!picture || picture->version_ == shown.version) return;
+  std::vector<render::FilmBox> boxes;
+  glm::ivec3 b;
+  for (b.x = 0; b.x < picture->blocks_.x; ++b.x)
+    for (b.y = 0; b.y < picture->blocks_.y; ++b.y)
+      for (b.z = 0; b.z < picture->blocks_.z; ++b.z) {
+        const auto at = static_cast<std::size_t>((b.x * picture->blocks_.y + b.y) * picture->blocks_.z + b.z);
+        if (picture->block_version_[at] > shown.version)
+          boxes.push_back({b * kBlock, glm::min(b * kBlock + kBlock, picture->grid_.size) - 1});
+      }
+  shown.version = picture->version_;
+  if (!boxes.empty()) renderer.update_film(picture->texels_, boxes);
+}
+
+}  // namespace typodont
