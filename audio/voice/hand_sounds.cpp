@@ -9,6 +9,11 @@ namespace typodont::audio {
 
 namespace {
 
+// Water spray. A nozzle's jet hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
+constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz
+constexpr double kDropletsPerSecond = 500;
+constexpr float kDropletPower = 0.25f;  // fraction of the spray's power
+
 constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
 
 /// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue rings higher, longer and
@@ -107,6 +112,45 @@ float Suction::next(float level) noexcept {
   gurgle_ += slow_gain_ * (slow_.next() - gurgle_);
   const float swell = std::clamp(1.0f + 20.0f * gurgle_, 0.3f, 2.0f);
   return level * swell * (y + 0.05f * white);
+}
+
+Spray::Spray(double sample_rate, std::uint64_t seed)
+    : noise_(seed),
+      random_(mixed(seed ^ 0xd209)),
+      high_pole_(static_cast<float>(1 - std::exp(-2 * kPi * kJetFrom / sample_rate))),
+      low_pole_(static_cast<float>(1 - std::exp(-2 * kPi * kJetTo / sample_rate))),
+      droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
+      hiss_gain_(1),
+      droplet_gain_(0) {
+  // Normalise to a standard deviation of 1: the energy of the filter's impulse response is its gain for white noise.
+  float energy = 0;
+  for (int i = 0; i < 4096; ++i) {
+    const float v = filtered(i == 0 ? 1.0f : 0.0f);
+    energy += v * v;
+  }
+  high_[0] = high_[1] = low_[0] = low_[1] = 0;
+  hiss_gain_ = std::sqrt((1 - kDropletPower) / energy);
+  droplet_gain_ = std::sqrt(kDropletPower / (energy * droplet_probability_));
+}
+
+float Spray::filtered(float x) noexcept {
+  for (float& low : high_) {
+    low += high_pole_ * (x - low);
+    x -= low;
+  }
+  for (float& low : low_) {
+    low += low_pole_ * (x - low);
+    x = low;
+  }
+  return x;
+}
+
+float Spray::next(float level) noexcept {
+  random_ = mixed(random_);
+  const float chance = static_cast<float>(random_ >> 40) * 0x1p-24f;  // 0 ... 1
+  float x = hiss_gain_ * noise_.next();
+  if (chance < droplet_probability_) x += (random_ & 1) != 0 ? droplet_gain_ : -droplet_gain_;
+  return level * filtered(x);
 }
 
 }  // namespace typodont::audio

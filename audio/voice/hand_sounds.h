@@ -1,4 +1,4 @@
-// Sounds of taps, scraping and suction, which are audible when no drill runs. Modelled, not recorded.
+// Sounds of taps, scraping, suction and water spray. Modelled, not recorded.
 #pragma once
 
 #include <array>
@@ -53,6 +53,22 @@ class Suction {
   GaussianNoise noise_, slow_;
   float a1_, a2_, gain_, slow_gain_;
   float y1_ = 0, y2_ = 0, gurgle_ = 0;
+};
+
+/// Water spray: the hiss of air and water jets above 2 kHz, and droplets that burst on the surface.
+class Spray {
+ public:
+  Spray(double sample_rate, std::uint64_t seed);
+  /// `level`: standard deviation of the sound.
+  float next(float level) noexcept;
+
+ private:
+  float filtered(float x) noexcept;
+
+  GaussianNoise noise_;
+  std::uint64_t random_;
+  float high_pole_, low_pole_, droplet_probability_, hiss_gain_, droplet_gain_;
+  float high_[2] = {}, low_[2] = {};
 };
 
 }  // namespace typodont::audio

@@ -365,6 +365,64 @@ TEST(DrillSynth, HissesWithSuctionOnly) {
   EXPECT_GT(level_dB(voiced({s}, 1), 0, 1), -50);
 }
 
+/// Level in dB of a part of the sound between two frequencies in Hz.
+double band_dB(const std::vector<float>& y, double from, double to, double low, double high) {
+  constexpr std::size_t kPoints = 2048;
+  const auto power = welch(part(y, from, to), kPoints, kRate);
+  double sum = 0;
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    const double f = static_cast<double>(i) * kRate / kPoints;
+    if (f >= low && f < high) sum += power[i] * kRate / kPoints;
+  }
+  return 10 * std::log10(sum + 1e-30);
+}
+
+// What the voice file says that was measured on a real turbine, in the sound itself.
+TEST(DrillSynth, TheTurbineAtOneNewtonIsLouderThanIdlingAsARealOne) {
+  const SoundModels turbine = load_sound_models("assets/sounds/air_turbine.json");
+  SoundState idle, work;
+  idle.spindle = turbine.free_speed;
+  work = idle;
+  work.t = from_seconds(5);
+  work.spindle = 311 * kKrpm;
+  work.force = 1;
+  work.contact_area = 1.6e-6;
+  work.removal_rate = 0.1e-9;
+  work.tissue = Tissue::kEnamel;
+  const auto y = voiced({idle, work}, 10, 256, turbine);
+  const auto rise = [&](double low, double high) {
+    return band_dB(y, 5.1, 10, low, high) - band_dB(y, 0.1, 5, low, high);
+  };
+  EXPECT_NEAR(rise(0, 24000), 7.6, 0.2);
+  EXPECT_NEAR(rise(4000, 24000), 8.5, 0.2);
+}
+
+TEST(DrillSynth, TheSprayMakesTheIdlingDrillLouderByTheVoicesLevel) {
+  SoundModels models = hiss();
+  models.spray_dB = 4;
+  SoundState dry = state(0, 1), wet = state(4, 1);
+  wet.spray = 1;
+  const auto y = voiced({dry, wet}, 8, 256, models);
+  EXPECT_NEAR(level_dB(y, 4.3, 8) - level_dB(y, 0, 4), 4, 0.2);
+  SoundState alone = state(0, 0);
+  alone.spray = 1;
+  const auto spray = voiced({alone}, 4, 256, models);
+  const double all = band_dB(spray, 0.3, 4, 0, 24000);
+  EXPECT_GT(band_dB(spray, 0.3, 4, 2000, 12000), all - 2) << "a hiss, not a rumble";
+  EXPECT_EQ(level_dB(voiced({state(0, 0)}, 1, 256, models), 0, 1), -300) << "silent without water";
+}
+
+TEST(DrillSynth, TheSprayStartsAndStopsWithoutAClick) {
+  SoundModels models = hiss();
+  models.spray_dB = 10;
+  SoundState off = state(0, 0), on = state(0.5, 0), off_again = state(1.5, 0);
+  on.spray = 1;
+  const auto y = voiced({off, on, off_again}, 3, 256, models);
+  EXPECT_LT(level_dB(y, 0.5, 0.502), level_dB(y, 1, 1.5) - 10);
+  EXPECT_LT(level_dB(y, 1.6, 1.65), level_dB(y, 1, 1.5) - 10);
+  EXPECT_EQ(level_dB(y, 2.5, 3), -300);
+}
+
 TEST(DrillSynth, RunsUpAndDownWhereTheSpindleIsSwitched) {
   const auto y = voiced({state(0, 0), state(0.5, 1), state(2, 0)}, 7);
   EXPECT_LT(level_dB(y, 0.5, 0.6), level_dB(y, 1.5, 1.9) - 10);
