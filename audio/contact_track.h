@@ -18,8 +18,9 @@ struct ContactTrack {
 };
 
 /// Reads a contact file: t_s and any of spindle_krpm, pedal, force_N, contact_area_mm2, removal_mm3_per_s, tissue (a
-/// name or its number), slip_mm_per_s, suction (0..1), cutting (0 or 1). Also reads ticks written by `typodont servo`,
-/// from which force, removal rate and slip are computed. Throws Error naming file, line, column, found and expected.
+/// name or its number), slip_mm_per_s, suction (0..1), spray (0..1), cutting (0 or 1). Also reads ticks written by
+/// `typodont servo`, from which force, removal rate and slip are computed. Throws Error naming file, line, column,
+/// found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
 /// Returns the states of a track in order. Between two rows it interpolates a state every millisecond; the tissue is

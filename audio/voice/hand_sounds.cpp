@@ -9,6 +9,13 @@ namespace typodont::audio {
 
 namespace {
 
+// Water spray. A nozzle's jet hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
+constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz
+constexpr double kDropletsPerSecond = 500;
+constexpr float kDropletPower = 0.25f;  // fraction of the spray's power
+
+constexpr float kSuctionHiss = 1;  // white noise in the suction, over that which excites its resonance
+
 constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
 
 /// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue rings higher, longer and
@@ -29,6 +36,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
+constexpr double kScrapeDamping = 1;  // limit of a scrape's high frequencies over the frequency of the first mode
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
 }  // namespace
@@ -79,34 +87,89 @@ float ModalBank::next() noexcept {
 }
 
 Scrape::Scrape(double sample_rate, std::uint64_t seed)
-    : noise_(seed), per_radian_(static_cast<float>(2 * kPi / sample_rate)) {}
+    : noise_(seed), per_radian_(static_cast<float>(2 * kPi / sample_rate)) {
+  for (std::size_t t = 0; t < damping_.size(); ++t) {
+    damping_[t] = static_cast<float>(1 - std::exp(-2 * kPi * kScrapeDamping * kRings[t].frequency / sample_rate));
+  }
+}
 
-float Scrape::next(float slip, float level) noexcept {
-  // Two one-pole low-passes, one octave above and below the rate of bumps; their difference is a band-pass.
+float Scrape::next(float slip, float level, Tissue tissue) noexcept {
+  // Low-passes one octave above (two poles) and below the rate of bumps; their difference is a band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
-  const float white = noise_.next();
-  high_ += upper * (white - high_);
-  low_ += lower * (high_ - low_);
-  return level * (high_ - low_);
+  high_[0] += upper * (noise_.next() - high_[0]);
+  high_[1] += upper * (high_[0] - high_[1]);
+  low_ += lower * (high_[1] - low_);
+  const float damping = damping_[static_cast<std::size_t>(tissue)];
+  damped_[0] += damping * (high_[1] - low_ - damped_[0]);
+  damped_[1] += damping * (damped_[0] - damped_[1]);
+  return level * damped_[1];
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
   const double radius = std::exp(-kPi * 900 / sample_rate);  // bandwidth 900 Hz around 1.4 kHz
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
-  gain_ = static_cast<float>(1 - radius);
   slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)
+  float energy = 0;                                            // of the impulse response: the gain for white noise
+  for (int i = 0; i < 4096; ++i) {
+    const float v = filtered(i == 0 ? 1.0f : 0.0f);
+    energy += v * v;
+  }
+  y1_ = y2_ = 0;
+  gain_ = 1 / std::sqrt(energy);
+}
+
+float Suction::filtered(float white) noexcept {
+  const float y = white - a1_ * y1_ - a2_ * y2_;
+  y2_ = y1_;
+  y1_ = y;
+  return y + kSuctionHiss * white;
 }
 
 float Suction::next(float level) noexcept {
-  const float white = noise_.next();
-  const float y = gain_ * white - a1_ * y1_ - a2_ * y2_;
-  y2_ = y1_;
-  y1_ = y;
   gurgle_ += slow_gain_ * (slow_.next() - gurgle_);
   const float swell = std::clamp(1.0f + 20.0f * gurgle_, 0.3f, 2.0f);
-  return level * swell * (y + 0.05f * white);
+  return level * swell * gain_ * filtered(noise_.next());
+}
+
+Spray::Spray(double sample_rate, std::uint64_t seed)
+    : noise_(seed),
+      random_(mixed(seed ^ 0xd209)),
+      high_pole_(static_cast<float>(1 - std::exp(-2 * kPi * kJetFrom / sample_rate))),
+      low_pole_(static_cast<float>(1 - std::exp(-2 * kPi * kJetTo / sample_rate))),
+      droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
+      hiss_gain_(1),
+      droplet_gain_(0) {
+  // Normalise to a standard deviation of 1: the energy of the filter's impulse response is its gain for white noise.
+  float energy = 0;
+  for (int i = 0; i < 4096; ++i) {
+    const float v = filtered(i == 0 ? 1.0f : 0.0f);
+    energy += v * v;
+  }
+  high_[0] = high_[1] = low_[0] = low_[1] = 0;
+  hiss_gain_ = std::sqrt((1 - kDropletPower) / energy);
+  droplet_gain_ = std::sqrt(kDropletPower / (energy * droplet_probability_));
+}
+
+float Spray::filtered(float x) noexcept {
+  for (float& low : high_) {
+    low += high_pole_ * (x - low);
+    x -= low;
+  }
+  for (float& low : low_) {
+    low += low_pole_ * (x - low);
+    x = low;
+  }
+  return x;
+}
+
+float Spray::next(float level) noexcept {
+  random_ = mixed(random_);
+  const float chance = static_cast<float>(random_ >> 40) * 0x1p-24f;  // 0 ... 1
+  float x = hiss_gain_ * noise_.next();
+  if (chance < droplet_probability_) x += (random_ & 1) != 0 ? droplet_gain_ : -droplet_gain_;
+  return level * filtered(x);
 }
 
 }  // namespace typodont::audio

@@ -1,4 +1,4 @@
-// Sounds of taps, scraping and suction, which are audible when no drill runs. Modelled, not recorded.
+// Sounds of taps, scraping, suction and water spray. Modelled, not recorded.
 #pragma once
 
 #include <array>
@@ -30,29 +30,50 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip that slides over asperities 20 µm apart: band-pass noise around the rate at which it meets them.
+/// A tip that slides over asperities 20 µm apart: band-pass noise around the rate at which it meets them. The tissue
+/// damps high frequencies, the more the softer it is.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
   /// `slip`: m/s. `level`: the wanted amplitude.
-  float next(float slip, float level) noexcept;
+  float next(float slip, float level, Tissue tissue) noexcept;
 
  private:
   GaussianNoise noise_;
   float per_radian_;
-  float low_ = 0, high_ = 0;
+  float low_ = 0, high_[2] = {}, damped_[2] = {};
+  std::array<float, kTissueCount> damping_;  // coefficient of the tissue's low-pass
 };
 
 /// A saliva ejector: noise through a resonance, modulated slowly (gurgling).
 class Suction {
  public:
   Suction(double sample_rate, std::uint64_t seed);
+  /// `level`: standard deviation of the sound.
   float next(float level) noexcept;
 
  private:
+  float filtered(float white) noexcept;
+
   GaussianNoise noise_, slow_;
   float a1_, a2_, gain_, slow_gain_;
   float y1_ = 0, y2_ = 0, gurgle_ = 0;
+};
+
+/// Water spray: the hiss of air and water jets above 2 kHz, and droplets that burst on the surface.
+class Spray {
+ public:
+  Spray(double sample_rate, std::uint64_t seed);
+  /// `level`: standard deviation of the sound.
+  float next(float level) noexcept;
+
+ private:
+  float filtered(float x) noexcept;
+
+  GaussianNoise noise_;
+  std::uint64_t random_;
+  float high_pole_, low_pole_, droplet_probability_, hiss_gain_, droplet_gain_;
+  float high_[2] = {}, low_[2] = {};
 };
 
 }  // namespace typodont::audio

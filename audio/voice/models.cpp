@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "audio/sound_models.h"
+#include "audio/voice/work_level.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 
@@ -18,8 +19,8 @@ SoundModels load_sound_models(const std::filesystem::path& file) {
     models.free_speed = models.idle.spindle;
     return models;
   }
-  json.allow_only({"kind", "name", "idle", "working", "free_speed_krpm", "order", "tones", "teeth", "level_dB",
-                   "source", "licence", "notes"});
+  json.allow_only({"kind", "name", "idle", "working", "free_speed_krpm", "order", "tones", "teeth", "level_dB", "work",
+                   "spray", "source", "licence", "notes"});
   const auto model_beside = [&](const Json& name) {
     const std::filesystem::path path = file.parent_path() / name.string();
     std::error_code code;
@@ -49,6 +50,28 @@ SoundModels load_sound_models(const std::filesystem::path& file) {
   }
   models.teeth = json.number_or("teeth", 0, 0, 100);
   models.level = std::pow(10, json.number_or("level_dB", 0, -60, 60) / 20);
+  if (const auto spray = json.find("spray")) {
+    spray->allow_only({"level_dB", "source"});
+    (*spray)["source"].string();
+    models.spray_dB = (*spray)["level_dB"].number(0, 20);
+  }
+  if (const auto work = json.find("work")) {
+    work->allow_only({"tissue", "force_N", "contact_area_mm2", "removal_mm3_per_s", "spindle_krpm", "level_dB",
+                      "level_above_4kHz_dB", "source"});
+    (*work)["source"].string();
+    if (models.free_speed == 0) json.fail("no free_speed_krpm", "the speed to which the levels of \"work\" belong");
+    WorkLevel measured;
+    const auto tissue = tissue_named((*work)["tissue"].string());
+    if (!tissue || *tissue == Tissue::kAir) (*work)["tissue"].fail("a tissue's name");
+    measured.tissue = *tissue;
+    measured.force = (*work)["force_N"].number(0.01, 100);
+    measured.contact_area = work->number_or("contact_area_mm2", 0, 0, 100) * kSquareMillimetre;
+    measured.removal_rate = work->number_or("removal_mm3_per_s", 0, 0, 1000) * kCubicMillimetre;
+    measured.spindle = (*work)["spindle_krpm"].number(0.001, 1000) * kKrpm;
+    measured.level_dB = (*work)["level_dB"].number(-20, 40);
+    measured.high_dB = (*work)["level_above_4kHz_dB"].number(-20, 40);
+    if (!calibrate(models, measured)) work->fail("levels that this voice can have");
+  }
   return models;
 }
 

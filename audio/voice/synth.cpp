@@ -7,6 +7,7 @@
 #include "audio/drill_synth.h"
 #include "audio/voice/derive.h"
 #include "audio/voice/hand_sounds.h"
+#include "audio/voice/mapping.h"
 #include "audio/voice/rotor_lines.h"
 #include "audio/voice/sine.h"
 #include "audio/voice/stream.h"
@@ -21,15 +22,8 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-// The next three values are scales: at each of them, 63 % of the idle sound is replaced by the working sound.
-constexpr double kTypicalArea = 1e-6;      // m², contact area
-constexpr double kTypicalForce = 1;        // N, force
-constexpr double kTypicalRemoval = 1e-9;   // m³/s, removal rate
-constexpr double kBrightForce = 1.5;       // N: at this force, high frequencies have 63 % of their gain
-constexpr double kBrightRemoval = 0.5e-9;  // m³/s: at this removal rate, high frequencies have 63 % of their gain
-constexpr double kBrightFrom = 4000;       // Hz, lower edge of the high frequencies
-constexpr double kFastestSpeed = 2;        // limit, as a ratio to the free speed
-constexpr double kAttack = 0.5e-3;         // s, time constant of all level changes
+constexpr double kFastestSpeed = 2;  // limit, as a ratio to the free speed
+constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 // s from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 constexpr double kRunDown = 1.25;  // s, time constant of running down, measured in the same recording
@@ -38,8 +32,12 @@ constexpr double kAtRest = 0.03;   // ratio to free speed below which the drill 
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
-constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
-constexpr float kSuctionLevel = 0.5f;
+constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
+constexpr float kScrapeRings = 0.06f;  // strength with which a scrape excites the modes of the tissue
+// Standard deviation: 4 dB below the idling turbine. In a clinic, suction alone gave 63 to 75 dB(A), suction with a
+// handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
+constexpr float kSuctionLevel = 0.031f;
+constexpr float kWaterRate = 0.02f;  // water and suction start and stop so much more slowly than other sounds
 // A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
 // Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
 constexpr double kApart = 60, kFused = 200;
@@ -91,6 +89,13 @@ float finite_or_zero(double v, double most) noexcept {
   return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, most)) : 0.0f;
 }
 
+/// Mean power of the idling drill.
+double idle_power(const SoundModels& models) {
+  double power = power_of(models.idle);
+  for (const RotorTone& tone : models.tones) power += tone.amplitude * tone.amplitude / 2;
+  return power;
+}
+
 ArModel lowered(const ArModel& model, bool lower) {
   return lower ? truncated(model, std::max<std::size_t>(1, sufficient_order(model))) : model;
 }
@@ -102,6 +107,8 @@ struct DrillSynth::Impl {
       : rate(sample_rate),
         options(synth_options),
         level(static_cast<float>(models.level)),
+        working_gain(static_cast<float>(models.working_gain)),
+        brightness_gain(static_cast<float>(models.brightness)),
         free_speed(models.free_speed),
         tones(models.tones),
         phases(models.tones.size(), 0.0),
@@ -112,6 +119,8 @@ struct DrillSynth::Impl {
         modal(sample_rate),
         scrape(sample_rate, mixed(seed ^ 0x5c4a9e)),
         suction(sample_rate, mixed(seed ^ 0x50c710)),
+        spray(sample_rate, mixed(seed ^ 0x59a7)),
+        spray_gain(static_cast<float>(std::sqrt(idle_power(models) * (std::pow(10, models.spray_dB / 10) - 1)))),
         attack(static_cast<float>(1 - std::exp(-1 / (kAttack * sample_rate)))),
         bright_pole(static_cast<float>(1 - std::exp(-2 * kPi * kBrightFrom / sample_rate))),
         run_up(1 / (kRunUp * sample_rate)),
@@ -187,14 +196,12 @@ struct DrillSynth::Impl {
 
     // Drill: cross-fade from the idle to the tissue's working sound at equal power.
     const bool cutting = contact && !by_hand;
-    const double load =
-        cutting ? 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval)) : 0.0;
+    const double load = cutting ? load_of(area, force, removal) : 0.0;
     for (std::size_t t = 1; t < weights.size(); ++t) {
-      weights[t].target = t == touched ? static_cast<float>(std::sin(0.5 * kPi * load)) : 0.0f;
+      weights[t].target = t == touched ? working_gain * static_cast<float>(std::sin(0.5 * kPi * load)) : 0.0f;
     }
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
-    bright.target =
-        cutting ? static_cast<float>(1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval))) : 0.0f;
+    bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;
 
     // Hand instrument: a tap when the force rises, scraping when it slides.
     if (by_hand && contact) {
@@ -210,12 +217,14 @@ struct DrillSynth::Impl {
     scrape_level.target =
         scraping ? kScrapeLevel * std::sqrt(static_cast<float>(force)) * std::min(1.0f, slide / 0.02f) : 0.0f;
     suction_level.target = kSuctionLevel * finite_or_zero(state.suction, 1);
+    spray_level.target = spray_gain * finite_or_zero(state.spray, 1);
     in_contact = contact;
     last_force = force;
     if (!heard_any) {  // the first state takes effect without a fade
       for (Level& weight : weights) weight.value = weight.target;
       bright.value = bright.target;
       suction_level.value = suction_level.target;
+      spray_level.value = spray_level.target;
     }
     heard_any = true;
     last_state = index_now;
@@ -276,8 +285,8 @@ struct DrillSynth::Impl {
         }
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
-      if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       if (teeth > 0) strike(speeds, working, count);
+      if (!lines.empty()) lines.add(speeds, gains, active, working, count);  // the motor's: no tooth interrupts them
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
@@ -298,8 +307,8 @@ struct DrillSynth::Impl {
     if (!scrape_level.zero() || !modal.silent()) {
       for (int i = 0; i < count; ++i) {
         if (!scrape_level.zero()) {
-          const float rubbed = scrape.next(slip, scrape_level.next(attack));
-          modal.strike(last_tissue, 0.02f * rubbed);
+          const float rubbed = scrape.next(slip, scrape_level.next(attack), last_tissue);
+          modal.strike(last_tissue, kScrapeRings * rubbed);
           out[i] += rubbed;
         }
         out[i] += modal.next();
@@ -307,9 +316,10 @@ struct DrillSynth::Impl {
     }
     if (!suction_level.zero()) {
       for (int i = 0; i < count && !suction_level.zero(); ++i) {
-        out[i] += suction.next(suction_level.next(0.02f * attack));
+        out[i] += suction.next(suction_level.next(kWaterRate * attack));
       }
     }
+    for (int i = 0; i < count && !spray_level.zero(); ++i) out[i] += spray.next(spray_level.next(kWaterRate * attack));
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
@@ -358,7 +368,7 @@ struct DrillSynth::Impl {
 
   double rate;
   SynthOptions options;
-  float level;
+  float level, working_gain, brightness_gain;
   double free_speed;
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
@@ -371,6 +381,8 @@ struct DrillSynth::Impl {
   ModalBank modal;
   Scrape scrape;
   Suction suction;
+  Spray spray;
+  const float spray_gain;  // standard deviation of the sound at full flow
   const float attack, bright_pole;
   const double run_up, run_down;
 
@@ -383,7 +395,7 @@ struct DrillSynth::Impl {
   double speed = 0, speed_target = 0, speed_step = 0;  // ratios to the free speed
   int ramp_left = 0;
   std::array<Level, kTissueCount> weights;  // gains of the streams
-  Level bright, scrape_level, suction_level;
+  Level bright, scrape_level, suction_level, spray_level;
   float slip = 0, low = 0;
   double last_force = 0;
   Tissue last_tissue = Tissue::kEnamel;

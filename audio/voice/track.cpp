@@ -17,8 +17,8 @@ namespace typodont::audio {
 namespace {
 
 const std::vector<std::string> kContactColumns = {
-    "spindle_krpm", "pedal",         "force_N", "contact_area_mm2", "removal_mm3_per_s",
-    "tissue",       "slip_mm_per_s", "suction", "cutting"};
+    "spindle_krpm",  "pedal",   "force_N", "contact_area_mm2", "removal_mm3_per_s", "tissue",
+    "slip_mm_per_s", "suction", "spray",   "cutting"};
 const std::vector<std::string> kTickColumns = {
     "spindle_krpm", "contact_area_mm2", "tissue",    "force_x_N", "force_y_N", "force_z_N", "removed_mm3",
     "tool_x_mm",    "tool_y_mm",        "tool_z_mm", "normal_x",  "normal_y",  "normal_z"};
@@ -137,6 +137,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;
     state.suction = value(row, "suction", 0, 0, 1);
+    state.spray = value(row, "spray", 0, 0, 1);
     state.cutting_tool = value(row, "cutting", 1, 0, 1) > 0.5;
     track.fastest = std::max(track.fastest, state.spindle);
     track.states.push_back(state);
@@ -158,8 +159,9 @@ std::optional<SoundState> VoicedTrack::next() noexcept {
   if (!last) {
     const SoundState& b = track_.states[row_ + 1];
     const double w = static_cast<double>(after_) / static_cast<double>(b.t - a.t);
-    for (const auto field : {&SoundState::spindle, &SoundState::pedal, &SoundState::contact_area, &SoundState::force,
-                             &SoundState::removal_rate, &SoundState::slip_speed, &SoundState::suction}) {
+    for (const auto field :
+         {&SoundState::spindle, &SoundState::pedal, &SoundState::contact_area, &SoundState::force,
+          &SoundState::removal_rate, &SoundState::slip_speed, &SoundState::suction, &SoundState::spray}) {
       if (after_ > 0) state.*field = (1 - w) * a.*field + w * b.*field;
     }
     after_ += kStep;

@@ -110,6 +110,37 @@ TEST_F(Files, OfVoicesNameTheirModelsAndTissues) {
   EXPECT_THAT(refusal([&] { load_sound_models(folder_ / "v.json"); }), HasSubstr("cheese"));
 }
 
+// A voice whose file says how loud its drill is at work has that level, for any levels that its sound allows.
+TEST_F(Files, OfVoicesSayHowLoudTheDrillIsAtWork) {
+  write_text(folder_ / "idle.json", to_json(resonance(0.5, 0.9, 0.02)));
+  const auto voice = [&](double level, double high) {
+    write_text(folder_ / "v.json",
+               fmt::format(R"({{"kind":"voice","idle":"idle.json","free_speed_krpm":40,"work":{{"tissue":"dentin",
+      "force_N":2,"spindle_krpm":36,"level_dB":{},"level_above_4kHz_dB":{},"source":"test"}}}})",
+                           level, high));
+    return load_sound_models(folder_ / "v.json");
+  };
+  for (const auto& [level, high] : {std::pair{5.0, 6.0}, {8.0, 9.0}, {10.0, 10.5}}) {
+    const SoundModels models = voice(level, high);
+    DrillSynth synth(models, 48000, 1);
+    SoundState idle, work;
+    idle.spindle = models.free_speed;
+    work = idle;
+    work.t = from_seconds(4);
+    work.spindle = 36 * kKrpm;
+    work.force = 2;
+    work.tissue = Tissue::kDentin;
+    synth.push(idle);
+    synth.push(work);
+    std::vector<float> y(8 * 48000);
+    synth.render(y);
+    const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
+    const std::vector<double> before(y.begin(), y.begin() + half), after(y.begin() + half + 4800, y.end());
+    EXPECT_NEAR(10 * std::log10(power_of_samples(after) / power_of_samples(before)), level, 0.2);
+  }
+  EXPECT_THAT(refusal([&] { voice(3, 15); }), HasSubstr("work"));
+}
+
 TEST_F(Files, OfContactGiveStatesInSiUnits) {
   const auto t = track(
       "t_s,spindle_krpm,force_N,contact_area_mm2,removal_mm3_per_s,tissue,pedal\n"

@@ -386,8 +386,9 @@ void add_sound_command(cli::Command& app) {
   s->add_flag("--json", synth->json, "Print what was made as JSON");
   s->footer(
       "A contact file is a CSV with t_s and any of spindle_krpm, pedal (0..1), force_N, contact_area_mm2,\n"
-      "removal_mm3_per_s, tissue (enamel, dentin, caries ...), slip_mm_per_s, suction (0..1), cutting (0: a hand\n"
-      "instrument). Values between rows are interpolated. Without spindle_krpm the speed falls with the force.\n"
+      "removal_mm3_per_s, tissue (enamel, dentin, caries ...), slip_mm_per_s, suction (0..1), spray (0..1),\n"
+      "cutting (0: a hand instrument). Values between rows are interpolated. Without spindle_krpm the speed falls with "
+      "the force.\n"
       "Example:\n  printf 't_s,spindle_krpm,force_N,contact_area_mm2,tissue\\n0,300,0,0,air\\n1,300,0,0,enamel\\n"
       "1.1,250,1.5,0.8,enamel\\n3,250,1.5,0.8,enamel\\n' > contact.csv\n"
       "  typodont sound synth assets/sounds/air_turbine.json --contact contact.csv --out drill.wav");

@@ -1,0 +1,13 @@
+// Calibrates the working sound of a voice to levels measured on a real drill. Set-up time.
+#pragma once
+
+#include "audio/sound_models.h"
+
+namespace typodont::audio {
+
+/// Sets models.working_gain and models.brightness so that the voice has the levels of `measured` at its contact: the
+/// change of the whole level and of the level above kBrightFrom, from idling at free speed to the work. False if no
+/// gains give these levels.
+bool calibrate(SoundModels& models, const WorkLevel& measured);
+
+}  // namespace typodont::audio
