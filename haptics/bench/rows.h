@@ -45,6 +45,9 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// A tick without tissue nearby.
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 
+/// Soft tissue: pressing, cutting, asleep.
+void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
 /// Drilling at 10 kHz in real time.
 void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 

@@ -21,6 +21,8 @@
 
 namespace typodont {
 
+class SoftGumView;
+
 /// Mesh of a tool. `placed`: only the driver is drawn, because the tool's head stays in the tissue.
 render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
@@ -68,6 +70,8 @@ class PictureStage {
 
   /// Adds the static surroundings; call before the first bricks, so that covered bricks are never drawn.
   void surround(const Surroundings& around);
+  /// Updates the bricks of the soft gum that changed since the last call; call it before each frame.
+  void show_gum(const SoftGumView& gum);
 
   /// Sets the mouth mirror from the next frame on; diameter 0: none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
@@ -165,6 +169,7 @@ class PictureStage {
   display::Hud hud_;
   Surroundings around_;
   bool coarse_around_ = false;
+  std::uint64_t gum_version_ = 0;  // SoftGumView::version() in the renderer
   // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
