@@ -162,6 +162,7 @@ class SoftTissue {
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m
+    double blunt = 0;    // m, by which the head is enlarged, so that its tip does not pass between two points
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m
