@@ -11,6 +11,7 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options) {
   bench::process_rows(options, rows);
   bench::removal_rows(options, rows);
   bench::free_air_row(options, rows);
+  if (bench::by_default(options)) bench::soft_rows(options, rows);
   bench::deadline_rows(options, rows);
   return rows;
 }

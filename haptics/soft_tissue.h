@@ -12,22 +12,10 @@
 
 #include "engine/base/clock.h"
 #include "engine/base/pose.h"
+#include "haptics/soft_law.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
-
-/// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
-struct SoftLaw {
-  double elastic_modulus = 1e6;  // Pa
-  double thickness = 2e-3;       // m, of the soft layer on bone; where the tissue is thinner, its own thickness counts
-  double return_time = 0.2;      // s, time constant with which the tissue returns after release
-  double friction = 0.1;         // Coulomb coefficient of a tool that does not rotate
-  double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove the tissue
-  double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, depth of a cut from which it bleeds
-  double blood_radius = 2.5e-3;     // m, final radius of the wet patch around a wound
-  double blood_time = 8;            // s, time constant with which the patch grows
-};
 
 /// The resting surface of the soft tissue as points with normals, areas, thicknesses and neighbours. Immutable after
 /// construction; any thread.
@@ -87,20 +75,6 @@ class SoftSurface {
   std::vector<float> cell_clearance_;  // m, lower bound for each position in the cell
 };
 
-/// A place where a cut of the soft tissue bleeds.
-struct SoftWound {
-  Nanos t = 0;   // time at which it began to bleed
-  dvec3 p_W{0};  // m
-};
-/// Radius of the wet patch around a wound, m, `age` seconds after it began to bleed.
-double blood_radius(const SoftLaw& law, double age) noexcept;
-
-/// New state of one point, for a picture.
-struct SoftMove {
-  std::uint32_t point = 0;  // index in SoftSurface::points()
-  float inward = 0;         // m, displacement against the point's normal, including the cut
-};
-
 /// The soft tissue in motion. Servo thread only; tick() is noexcept and never allocates. Deterministic: equal input
 /// gives equal bits.
 class SoftTissue {
@@ -135,6 +109,7 @@ class SoftTissue {
   bool touching() const noexcept { return touching_; }
 
   const SoftSurface& surface() const noexcept { return *surface_; }
+  const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
   /// Displacement of a point against its normal, including the cut, m.
   double inward(std::uint32_t point) const noexcept;
   /// Depth to which a bur cut at a point, m.
@@ -187,6 +162,7 @@ class SoftTissue {
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m
+    double blunt = 0;    // m, by which the head is enlarged, so that its tip does not pass between two points
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m

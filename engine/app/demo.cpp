@@ -13,6 +13,7 @@
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
@@ -98,6 +99,9 @@ void run_demo(const DemoOptions& options) {
   PictureStage stage(rig, scene.servo, look);
   const Surroundings around = make_surroundings(scene.surroundings);
   stage.surround(around);
+  haptics::SoftTissue* const soft = loop.servo().soft();
+  std::optional<SoftGumView> gum;
+  if (soft) gum.emplace(soft->shared_surface(), around);
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
   const std::vector<render::MeshUpdate> first = view.update(loop.carver());
@@ -159,6 +163,11 @@ void run_demo(const DemoOptions& options) {
     stage.show_film(debris.film());
     stage.show(view.update(loop.carver()), volume.frame().origin);
     (void)loop.carver().volume();  // updates the distance field, which the student and the hints read
+    if (gum) {
+      gum->take(*soft);
+      gum->follow(tick.t);
+      stage.show_gum(*gum);
+    }
     using Phase = Student::Phase;
     if (student.phase() == Phase::kAway && end.empty()) end = result_text(volume, header.volumes_before);
     const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"

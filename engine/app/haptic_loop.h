@@ -32,6 +32,7 @@ class HapticLoop {
   void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }
+  haptics::Servo& servo() { return steps_.servo(); }
   /// The snapshot that was adopted before the last tick, if there was one.
   const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 

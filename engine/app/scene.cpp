@@ -14,6 +14,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/handpiece_file.h"
 #include "engine/app/implant/implant_scene.h"
+#include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/sampled_tissue.h"
@@ -360,6 +361,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
   settings.gives_torque = gives_torque;
   settings.frame = tissue.frame();
   settings.tick = 1 / rate;
+  settings.soft = soft_gum(scene.surroundings);
   return settings;
 }
 

@@ -17,6 +17,7 @@
 #include "engine/render/renderer.h"
 #include "haptics/patch_exchange.h"
 #include "haptics/servo.h"
+#include "haptics/soft_law.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -109,6 +110,10 @@ struct Wiring {
   // SERVO → RENDER
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
+  // SERVO → RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is rigid
+  // or no window draws it
+  std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
+  std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
   // UI → CARVER → UI
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};

@@ -15,6 +15,10 @@ namespace {
 
 constexpr double kCell = 1e-3;              // m, side of the cells in which points are looked up
 constexpr double kLeastThickness = 0.2e-3;  // m; a thinner layer counts as this thick
+// Depth to which a head shears the layer, relative to the thickness. Heads are smaller than the layer, so the shear is
+// near the surface. With a third, a ball of 1.2 mm meets a force between those of a half-space (Hertz) and of a thin
+// layer.
+constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
 /// Lattice of samples of the distance function.
@@ -95,8 +99,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
       }
 
   // Each lattice edge with both signs has a quad through the four cells around it. A quad gives its area to its
-  // corners. Its sides link neighbours, like the edges of a membrane with the tension T = G h / 3 (N/m), where G = E /
-  // 3 is the shear modulus: the Pasternak foundation of a layer that is fixed at its bottom.
+  // corners. Its sides link neighbours, like the edges of a membrane with the tension T = G d / 3 (N/m), where G = E /
+  // 3 is the shear modulus and d the depth of the sheared part: the Pasternak foundation.
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -118,7 +122,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             const double length = glm::length(p(k) - p((k + 1) % 4));
             if (!(length > 0.05 * law.spacing)) continue;
             const double h = (points_[a].thickness + points_[b].thickness) / 2;
-            tension[std::minmax(a, b)] += law.elastic_modulus * h / 9 * area / (2 * length * length);
+            tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
   const double least_area = 0.1 * law.spacing * law.spacing;  // m², for points at the edge of the box

@@ -20,11 +20,12 @@ struct SoftParameters {
   static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap begins to count
   static constexpr double full_weight = 0.5;   // cosine from which a part of the head presses with full weight
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;            // m; a point displaced by more moves its neighbours
-  static constexpr double sleeps = 2e-6;            // m; a point displaced by less comes to rest
-  static constexpr double shank = 10e-3;            // m, length of the shank that counts
-  static constexpr double largest_ball = 1e-3;      // m, half the distance of the balls along the axis
-  static constexpr double most_per_tick = 0.3;      // limit of the fraction of a point's displacement that a tick cuts
+  static constexpr double wakes = 10e-6;        // m; a point displaced by more moves its neighbours
+  static constexpr double sleeps = 2e-6;        // m; a point displaced by less comes to rest
+  static constexpr double tip = 0.15e-3;        // m over its end, where a tip must be as wide as two points are apart
+  static constexpr double shank = 10e-3;        // m, length of the shank that counts
+  static constexpr double largest_ball = 1e-3;  // m, half the distance of the balls along the axis
+  static constexpr double most_per_tick = 0.3;  // limit of the fraction of a point's displacement that a tick cuts
   static constexpr double wound_distance = 1.2e-3;  // m, least distance between two wounds
   static constexpr double hit = 0.2e-6;             // m, accuracy of the search along a point's normal
   static constexpr int search_steps = 24;
@@ -39,7 +40,7 @@ double blood_radius(const SoftLaw& law, double age) noexcept {
 
 double SoftTissue::Shape::distance(const dvec3& p_T) const noexcept {
   const double d = head.distance(p_T);
-  return has_shank ? std::min(d, shank.distance(p_T - dvec3(0, 0, shank_z))) : d;
+  return (has_shank ? std::min(d, shank.distance(p_T - dvec3(0, 0, shank_z))) : d) - blunt;
 }
 
 dvec3 SoftTissue::Shape::gradient(const dvec3& p_T) const noexcept {
@@ -55,6 +56,7 @@ SoftTissue::SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<con
   for (const Tool& tool : tools) {
     Shape shape;
     shape.head = HeadField(tool, 1);
+    shape.blunt = std::max(0.0, surface_->law().spacing - tool.profile(-tool.half() + P::tip));
     shape.low = -tool.half(), shape.high = tool.half(), shape.radius = tool.radius();
     if (std::optional<NonCuttingPart> part = shank_of(tool)) {
       const double end = part->z - part->shape.half();
@@ -181,7 +183,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
 void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept {
   const double fade = std::exp(-in.dt / P::ignored_time);
   // Points near the axis of the tool, no farther from it than the head's radius and the depth of the layer
-  const double margin = shape.radius + surface_->law().thickness;
+  const double margin = shape.radius + shape.blunt + surface_->law().thickness;
   const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
   const dvec3 low = X_WT.p + shape.low * axis, high = X_WT.p + shape.high * axis;
   surface_->each_near(glm::min(low, high) - margin, glm::max(low, high) + margin, [&](std::uint32_t point) {
@@ -192,8 +194,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
     if (glm::dot(off, off) > margin * margin) return;
     const double limit = P::strain_limit * at.thickness;
     // The smallest ball around the part of the normal along which the head can press this point
-    const double middle = (limit + cut_[point]) / 2;
-    if (shape.distance(glm::conjugate(X_WT.R) * (at.p_W - middle * at.n_W - X_WT.p)) > limit - middle) return;
+    const double middle = (limit + cut_[point]) / 2 + shape.blunt, half = (limit - cut_[point]) / 2;
+    if (shape.distance(glm::conjugate(X_WT.R) * (at.p_W - middle * at.n_W - X_WT.p)) > half) return;
     Active probe;
     probe.point = point;
     probe.limit = limit;
@@ -205,24 +207,26 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Searches from the deepest position of the point outward along its normal for the end of the head.
+/// Searches from the deepest position of the point outward along its normal for the end of the head. An enlarged head
+/// ends deeper, so its search begins and ends deeper.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
   const dvec3 p_T = R_TW * (at.p_W - X_WT.p), n_T = R_TW * at.n_W;
   const double cut = cut_[a.point];
-  double depth = a.limit;
+  double depth = a.limit + shape.blunt;
   const double deepest = shape.distance(p_T - depth * n_T);
   bool found = deepest <= 0;
   double d = deepest;
-  for (int i = 0; i < P::search_steps && !found && depth > cut; ++i) {
+  const double least = cut + shape.blunt;
+  for (int i = 0; i < P::search_steps && !found && depth > least; ++i) {
     depth -= d;
     d = shape.distance(p_T - depth * n_T);
     found = d < P::hit;
   }
   const bool was = a.contact;
   a.contact = false;
-  if (!found || !(depth > cut)) {
+  if (!found || !(depth > least)) {
     a.force = a.stop = 0;
     return;
   }
@@ -234,7 +238,7 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
     return;
   }
   a.contact = true;
-  a.exit = depth - std::min(deepest, 0.0);
+  a.exit = depth - shape.blunt - std::min(deepest, 0.0);
   a.slope = X_WT.R * out_T / std::max(cosine, P::least_cosine);
   const double overlap = a.exit - cut - a.v;
   a.ignored = was ? std::clamp(a.ignored * fade, 0.0, std::max(a.exit - cut, 0.0)) : std::max(0.0, overlap - moved);

@@ -111,6 +111,19 @@ TEST(SoftTissue, AnEvenlyPressedLayerYieldsLikeASpringOfModulusTimesAreaOverThic
   EXPECT_NEAR(layer.tissue.inward(layer.nearest(dvec3(0))), expected / stiffness, 1e-7);
 }
 
+TEST(SoftTissue, ABallMeetsAboutTheForceOfHertzsTheory) {
+  for (const double diameter : {0.5_mm, 1.2_mm, 2.0_mm}) {
+    Pressed layer(ball_probe(diameter), flat_layer({}, 4.2e-3));
+    layer.move(0, -0.5_mm, 2e-3);
+    layer.hold(-0.5_mm, 3);
+    const double dent = 0.5_mm - layer.out.yielded.z;
+    const double modulus = layer.surface->law().elastic_modulus / (1 - 0.45 * 0.45);  // of a half-space
+    const double hertz = 4 / 3.0 * modulus * std::sqrt(diameter / 2) * std::pow(dent, 1.5);
+    EXPECT_GT(layer.out.force.z, 0.6 * hertz) << diameter;
+    EXPECT_LT(layer.out.force.z, 1.5 * hertz) << diameter;
+  }
+}
+
 TEST(SoftTissue, ADentReturnsWithTheStatedTimeConstant) {
   for (const double time : {0.05, 0.2}) {
     SoftLaw law;
@@ -130,15 +143,15 @@ TEST(SoftTissue, ADentReturnsWithTheStatedTimeConstant) {
 
 TEST(SoftTissue, TheDentAroundATipIsThatOfAPasternakFoundation) {
   SoftLaw law;
-  law.spacing = 0.2_mm;
+  law.spacing = 0.15_mm;
   law.elastic_modulus = 50e3;  // so soft that the coupling leaves a deep dent
-  Pressed layer(ball_probe(0.4_mm), flat_layer(law, 2.6e-3));
+  Pressed layer(ball_probe(0.4_mm), flat_layer(law, 2.1e-3));
   layer.move(0, -0.6_mm, 2e-3);
   layer.hold(-0.6_mm, 3);
-  // w(r) ~ K0(r / l) with l² = T / κ, T = E h / 9 (N/m) and κ = E / h (N/m³)
-  const double l = layer.surface->points()[0].thickness / 3;
-  const auto inward = [&](double r) { return layer.tissue.inward(layer.nearest({r, 0.1_mm, 0})); };
-  const double r1 = 0.5_mm, r2 = 1.1_mm;
+  // w(r) ~ K0(r / l) with l² = T / κ, T = E h / 27 (N/m) and κ = E / h (N/m³)
+  const double l = layer.surface->points()[0].thickness / std::sqrt(27.0);
+  const auto inward = [&](double r) { return layer.tissue.inward(layer.nearest({r, 0.075_mm, 0})); };
+  const double r1 = 0.375_mm, r2 = 0.825_mm;
   ASSERT_GT(inward(r1), 0.1_mm);
   EXPECT_NEAR(inward(r2) / inward(r1) / (std::cyl_bessel_k(0, r2 / l) / std::cyl_bessel_k(0, r1 / l)), 1, 0.15);
 }

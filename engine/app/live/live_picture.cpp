@@ -39,7 +39,12 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       around_(make_surroundings(scene.surroundings)),
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
-      revived_(-kReviveInterval) {}
+      revived_(-kReviveInterval) {
+  if (!session.gum) return;
+  gum_.emplace(session.gum, around_);
+  session.wiring.gum_moves = std::make_unique<Ring<haptics::SoftMove>>(1 << 12);
+  session.wiring.gum_wounds = std::make_unique<Ring<haptics::SoftWound>>(haptics::SoftTissue::kMaxWounds);
+}
 
 void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>& explanations) {
   rig_ = &rig;
@@ -261,6 +266,17 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
   debris_->count(work);
 }
 
+/// Takes over the changes of the soft gum.
+void LivePicture::follow_gum(const ServoTick& tick) {
+  haptics::SoftMove move;
+  while (session_.wiring.gum_moves->pop(move)) gum_->move(move);
+  haptics::SoftWound wound;
+  while (session_.wiring.gum_wounds->pop(wound)) gum_->bleed(wound);
+  gum_->follow(tick.t);
+  if (stage_) stage_->show_gum(*gum_);
+  if (own_stage_) own_stage_->show_gum(*gum_);
+}
+
 void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
@@ -272,6 +288,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   if (debris_) move_debris(tick, dt, work);
   if (left_hand_) wiring.mouth_mirror.fetch();
   follow_implant(tick);
+  if (gum_) follow_gum(tick);
   draw_own(tick, dt, work);
   if (in_one_window()) {
     frame_seconds_ += 0.1 * (to_seconds(now() - last_turn_) - frame_seconds_);

@@ -15,6 +15,7 @@
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
+#include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/work_counts.h"
 
@@ -95,6 +96,7 @@ class LivePicture {
 
  private:
   void update_tissue_visibility();
+  void follow_gum(const ServoTick& tick);
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
   void suck(bool on);
@@ -113,6 +115,7 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissues' colours as displayed
   Surroundings around_;                      // surroundings of the tooth
+  std::optional<SoftGumView> gum_;           // empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // bounds of the tissue in world coordinates
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture

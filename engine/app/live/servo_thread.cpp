@@ -5,13 +5,15 @@
 #include "engine/app/live/session.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "haptics/soft_tissue.h"
 #include "haptics/work.h"
 
 namespace typodont {
 
 namespace {
 
-constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end of a session
+constexpr Nanos kGumInterval = 16'000'000;  // ns between two updates of the soft gum in the picture
+constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
 // Faults that are input of Servo::tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
@@ -60,6 +62,7 @@ bool ServoTurns::turn() noexcept {
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;
   if (++ticks_ == 1) s.first_tick = wrote;
+  if (wiring.gum_moves && ++ticks_since_gum_ * period_ >= kGumInterval) send_gum();
   if (did_cut) {
     if (!wiring.cuts_to_carver.push(cut_)) tick_.faults |= bits(Fault::kRingFull);
     if (s.record) wiring.cuts_to_recorder.push(cut_);
@@ -79,6 +82,15 @@ bool ServoTurns::turn() noexcept {
   s.loop->tick(woke, wrote, hand.safety());
   if (s.operated) wiring.ticks_to_score.push(tick_);
   return true;
+}
+
+void ServoTurns::send_gum() noexcept {
+  ticks_since_gum_ = 0;
+  haptics::SoftTissue& gum = *s_.servo->soft();
+  gum.send_moves([&](const haptics::SoftMove& move) {
+    return s_.wiring.gum_moves->has_room() && s_.wiring.gum_moves->push(move);
+  });
+  for (; wounds_sent_ < gum.wounds().size(); ++wounds_sent_) s_.wiring.gum_wounds->push(gum.wounds()[wounds_sent_]);
 }
 
 void ServoTurns::send() noexcept {

@@ -54,8 +54,9 @@ struct LiveSession {
   std::filesystem::path save;              // file to which the tissue is saved
   // CARVER: counts of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::SearchCounts looks;  // CARVER: number of searches by the contact model
-  std::uint64_t queries = 0;    // SERVO: number of queries of the distance field
+  haptics::SearchCounts looks;                      // CARVER: number of searches by the contact model
+  std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if it is rigid
+  std::uint64_t queries = 0;                        // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
@@ -65,6 +66,7 @@ struct LiveSession {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
     servo.emplace(settings);
+    gum = settings.soft;
     if (most_delay > 0) delay.emplace(settings, most_delay);
     loop.emplace(wiring, hand.rate);
   }
@@ -85,6 +87,8 @@ class ServoTurns {
  private:
   /// Sends the tick's force and torque to the hand.
   void send() noexcept;
+  /// Sends the changes of the soft gum to the picture.
+  void send_gum() noexcept;
 
   LiveSession& s_;
   haptics::HapticDevice& hand_;
@@ -96,6 +100,8 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
+  Nanos ticks_since_gum_ = 0;    // ticks since send_gum()
+  std::size_t wounds_sent_ = 0;  // number of wounds that the picture knows
 };
 
 /// The carver's loop, turn by turn.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/app/handpiece_file.h"
+#include "engine/app/picture/soft_gum_view.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"
@@ -241,6 +242,15 @@ void PictureStage::surround(const Surroundings& around) {
   around_ = around;
   coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
   typodont::surround(*renderer_, around_, coarse_around_);
+  gum_version_ = 0;
+}
+
+void PictureStage::show_gum(const SoftGumView& gum) {
+  if (gum.version() == gum_version_ || around_.meshes.empty()) return;
+  for (const SoftGumView::Brick& brick : gum.bricks()) {
+    if (brick.coarse == coarse_around_ && brick.version > gum_version_) renderer_->update(brick.mesh, {&brick.now, 1});
+  }
+  gum_version_ = gum.version();
 }
 
 /// Chooses fine or coarse surroundings by the pixel size at the tooth.
@@ -251,6 +261,7 @@ void PictureStage::follow_pixels(double pixel) {
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
   typodont::surround(*renderer_, around_, coarse_around_);
+  gum_version_ = 0;
 }
 
 void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {

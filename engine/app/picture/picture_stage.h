@@ -22,6 +22,8 @@
 
 namespace typodont {
 
+class SoftGumView;
+
 /// A tool with the handpiece that holds it, as drawn.
 struct DrawnTool {
   render::ToolMesh tool;
@@ -80,6 +82,8 @@ class PictureStage {
 
   /// Adds the static surroundings; call before the first bricks, so that covered bricks are never drawn.
   void surround(const Surroundings& around);
+  /// Updates the bricks of the soft gum that changed since the last call; call it before each frame.
+  void show_gum(const SoftGumView& gum);
 
   /// Sets the mouth mirror from the next frame on; diameter 0: none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
@@ -183,6 +187,7 @@ class PictureStage {
   display::Hud hud_;
   Surroundings around_;
   bool coarse_around_ = false;
+  std::uint64_t gum_version_ = 0;  // SoftGumView::version() in the renderer
   // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;

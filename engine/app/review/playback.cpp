@@ -18,7 +18,9 @@
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/review/player.h"
+#include "engine/app/review/soft_gum_player.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
@@ -62,8 +64,9 @@ class Side {
 
   void attach(PictureStage& stage) {
     stage_ = &stage;
-    const Surroundings around = make_surroundings(player_.scene().surroundings);
-    stage.surround(around);
+    around_ = make_surroundings(player_.scene().surroundings);
+    stage.surround(around_);
+    if (auto gum = soft_gum(player_.scene().surroundings)) gum_.emplace(player_, std::move(gum), around_);
     stage.hold_mirror(player_.scene().mouth_mirror);
     const double voxel = player_.tissue().frame().voxel;
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
@@ -95,6 +98,10 @@ class Side {
       stage_->show_as(render::View::kDifference);
     }
     stage_->show(surface, origin);
+    if (gum_) {
+      gum_->follow();
+      stage_->show_gum(gum_->view());
+    }
     if (view_ == "section" || view_ == "xray") look_inside();
     if (debris_) {
       for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tool_set(servo())[cut.tool]);
@@ -154,6 +161,8 @@ class Side {
   SessionPlayer player_;
   std::string name_;
   PictureStage* stage_ = nullptr;
+  Surroundings around_;
+  std::optional<SoftGumPlayer> gum_;  // empty if the gum is rigid
   std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
   std::optional<haptics::TissueVolume> ideal_;

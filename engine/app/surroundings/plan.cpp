@@ -7,6 +7,28 @@
 
 namespace typodont {
 
+namespace {
+
+haptics::SoftLaw read_soft_law(const Json& json) {
+  json.allow_only({"modulus_MPa", "thickness_mm", "return_s", "friction", "specific_energy_J_per_mm3",
+                   "bleeding_depth_mm", "blood_radius_mm", "blood_s"});
+  constexpr double kMegapascal = 1e6, kJoulePerMillimetre3 = 1e9;
+  haptics::SoftLaw law;
+  law.elastic_modulus = json.number_or("modulus_MPa", law.elastic_modulus / kMegapascal, 0.02, 20) * kMegapascal;
+  law.thickness = json.number_or("thickness_mm", law.thickness / kMillimetre, 0.5, 5) * kMillimetre;
+  law.return_time = json.number_or("return_s", law.return_time, 0.02, 5);
+  law.friction = json.number_or("friction", law.friction, 0, 1);
+  law.specific_energy =
+      json.number_or("specific_energy_J_per_mm3", law.specific_energy / kJoulePerMillimetre3, 0.01, 10) *
+      kJoulePerMillimetre3;
+  law.bleeding_depth = json.number_or("bleeding_depth_mm", law.bleeding_depth / kMillimetre, 0.05, 2) * kMillimetre;
+  law.blood_radius = json.number_or("blood_radius_mm", law.blood_radius / kMillimetre, 0, 8) * kMillimetre;
+  law.blood_time = json.number_or("blood_s", law.blood_time, 0.5, 600);
+  return law;
+}
+
+}  // namespace
+
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
   json.allow_only({"volume", "crown", "arch", "neighbours", "gum", "row", "mouth", "dam", "monitored"});
   SurroundingsPlan plan;
@@ -43,7 +65,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     }
   }
   if (const auto gum = json.find("gum")) {
-    gum->allow_only({"margin_mm", "normal", "papilla_mm", "thickness_mm", "length_mm"});
+    gum->allow_only({"margin_mm", "normal", "papilla_mm", "thickness_mm", "length_mm", "soft"});
     plan.gum = true;
     plan.margin = (*gum)["margin_mm"].vec3() * kMillimetre;
     plan.margin_normal = plan.crown;
@@ -52,6 +74,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     plan.papilla = gum->number_or("papilla_mm", plan.papilla / kMillimetre, 0, 10) * kMillimetre;
     plan.thickness = gum->number_or("thickness_mm", plan.thickness / kMillimetre, 0.1, 5) * kMillimetre;
     plan.length = gum->number_or("length_mm", plan.length / kMillimetre, 5, 100) * kMillimetre;
+    if (const auto soft = gum->find("soft")) plan.soft = read_soft_law(*soft);
   }
   if (const auto row = json.find("row")) {
     if (!plan.neighbours.empty()) row->fail("row beside neighbours", "one of them");

@@ -10,6 +10,7 @@
 #include "engine/app/surroundings/row.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
+#include "haptics/soft_law.h"
 
 namespace typodont {
 
@@ -44,6 +45,8 @@ struct SurroundingsPlan {
   double papilla = 2e-3;         // m, additional height of the gum between two teeth
   double thickness = 1.1e-3;     // m, thickness of the gum on the root
   double length = 34e-3;         // m, length of the piece of jaw
+  /// Set: the gum yields under an instrument.
+  std::optional<haptics::SoftLaw> soft;
 };
 
 /// Reads a scene's "surroundings" (docs/interface.md). `volume`: the scene's volume, used unless `json` names another

@@ -1,0 +1,232 @@
+#include "engine/app/picture/soft_gum_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace typodont {
+
+namespace {
+
+constexpr double kReach = 1.7;      // reach of a point's influence, in distances between points
+constexpr float kEdge = 0.3e-3f;    // m, longest edge of a triangle near soft points
+constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
+constexpr double kGrowth = 30e-6;   // m, growth of a wet patch from which it is drawn again
+constexpr float kOpaque = 0.95f;    // fraction of the blood's colour in the middle of a patch
+constexpr double kRimWidth = 0.35;  // width of a patch's rim relative to its radius
+
+render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
+  render::Vertex m = a;
+  m.p = 0.5f * (a.p + b.p);
+  if (const glm::vec3 n = a.n + b.n; glm::dot(n, n) > 0) m.n = glm::normalize(n);
+  m.second = 0.5f * (a.second + b.second);
+  m.shows = 0.5f * (a.shows + b.shows);
+  m.difference = 0.5f * (a.difference + b.difference);
+  return m;
+}
+
+/// Halves the edges for which `splits(a, b)` is true, once. Triangles that share an edge split it in the same way, also
+/// in different bricks, so no cracks open.
+template <class Splits>
+bool refine(render::MeshUpdate& mesh, Splits&& splits) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::int64_t {
+    const auto key = std::minmax(a, b);
+    if (const auto found = middles.find(key); found != middles.end()) return found->second;
+    if (!splits(mesh.vertices[a], mesh.vertices[b])) return -1;
+    const auto index = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(middle_of(mesh.vertices[key.first], mesh.vertices[key.second]));
+    middles.emplace(key, index);
+    return index;
+  };
+  std::vector<std::uint32_t> indices;
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
+    std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};  // of the edge after c
+    const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
+      for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
+    };
+    const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
+    // Turns the triangle until its first edge is split, and its last edge is not split unless all are.
+    for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
+      std::rotate(c.begin(), c.begin() + 1, c.end());
+      std::rotate(m.begin(), m.begin() + 1, m.end());
+    }
+    if (count == 0) {
+      add(c[0], c[1], c[2]);
+    } else if (count == 1) {
+      add(c[0], m[0], c[2]);
+      add(m[0], c[1], c[2]);
+    } else if (count == 2) {
+      add(m[0], c[1], m[1]);
+      add(c[0], m[0], m[1]);
+      add(c[0], m[1], c[2]);
+    } else {
+      add(c[0], m[0], m[2]);
+      add(m[0], c[1], m[1]);
+      add(m[2], m[1], c[2]);
+      add(m[0], m[1], m[2]);
+    }
+  }
+  mesh.indices = std::move(indices);
+  return !middles.empty();
+}
+
+}  // namespace
+
+SoftGumView::SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, const Surroundings& around)
+    : surface_(std::move(surface)), bricks_of_(surface_->points().size()), inward_(surface_->points().size(), 0) {
+  for (const SurroundingMesh& mesh : around.meshes) {
+    for (const render::MeshUpdate& brick : mesh.bricks) add_brick(mesh, brick, false);
+    for (const render::MeshUpdate& brick : mesh.coarse) add_brick(mesh, brick, true);
+  }
+}
+
+void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse) {
+  if (whole.vertices.empty() || whole.vertices.front().tissue[0] != Tissue::kGingiva) return;
+  const double reach = kReach * surface_->law().spacing;
+  const auto near_points = [&](const dvec3& p_W, auto&& visit) {
+    surface_->each_near(p_W - reach, p_W + reach, [&](std::uint32_t point) {
+      const dvec3 off = surface_->points()[point].p_W - p_W;
+      if (glm::dot(off, off) < reach * reach) visit(point, off);
+    });
+  };
+  const auto is_soft = [&](const glm::vec3& p) {
+    bool any = false;
+    near_points(mesh.origin + dvec3(p), [&](std::uint32_t, const dvec3&) { any = true; });
+    return any;
+  };
+  Rest rest;
+  rest.whole = &whole;
+  rest.origin = mesh.origin;
+  rest.mesh = whole;
+  for (int i = 0; i < kSplits; ++i) {
+    if (!refine(rest.mesh, [&](const render::Vertex& a, const render::Vertex& b) {
+          return glm::length(a.p - b.p) > kEdge && is_soft(0.5f * (a.p + b.p));
+        })) {
+      break;
+    }
+  }
+  // Shepard's interpolation of the points' displacements, with the weights (1 - (r / reach)²)²
+  glm::vec3 low(1e9f), high(-1e9f);
+  const auto brick = static_cast<std::uint32_t>(bricks_.size());
+  for (const render::Vertex& vertex : rest.mesh.vertices) {
+    low = glm::min(low, vertex.p), high = glm::max(high, vertex.p);
+    rest.first.push_back(static_cast<std::uint32_t>(rest.influences.size()));
+    double sum = 0;
+    dvec3 slope(0);
+    near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
+      if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;  // the other side of a thin layer
+      const double inside = 1 - glm::dot(off, off) / (reach * reach);
+      const dvec3 change = 4 * inside / (reach * reach) * off;
+      rest.influences.push_back({point, static_cast<float>(inside * inside), glm::vec3(change)});
+      sum += inside * inside, slope += change;
+    });
+    for (std::size_t i = rest.first.back(); i < rest.influences.size(); ++i) {
+      Influence& influence = rest.influences[i];
+      const double part = influence.part / sum;
+      influence.slope = glm::vec3((dvec3(influence.slope) - part * slope) / sum);
+      influence.part = static_cast<float>(part);
+    }
+  }
+  if (rest.influences.empty()) return;
+  rest.first.push_back(static_cast<std::uint32_t>(rest.influences.size()));
+  rest.middle = mesh.origin + dvec3(0.5f * (low + high));
+  rest.radius = 0.5 * glm::length(dvec3(high - low));
+  for (const Influence& influence : rest.influences) {
+    std::vector<std::uint32_t>& list = bricks_of_[influence.point];
+    if (list.empty() || list.back() != brick) list.push_back(brick);
+  }
+  bricks_.push_back({mesh.id, coarse, {}, 0});
+  rest_.push_back(std::move(rest));
+}
+
+void SoftGumView::move(const haptics::SoftMove& move) {
+  inward_[move.point] = move.inward;
+  for (const std::uint32_t brick : bricks_of_[move.point]) {
+    if (std::exchange(rest_[brick].changed, true)) continue;
+    changed_.push_back(brick);
+  }
+}
+
+void SoftGumView::take(haptics::SoftTissue& tissue) {
+  tissue.send_moves([&](const haptics::SoftMove& moved) {
+    move(moved);
+    return true;
+  });
+  for (const haptics::SoftWound& wound : tissue.wounds().subspan(wounds_.size())) bleed(wound);
+}
+
+void SoftGumView::reset() {
+  std::fill(inward_.begin(), inward_.end(), 0.0f);
+  wounds_.clear();
+  for (std::uint32_t brick = 0; brick < bricks_.size(); ++brick) {
+    if (bricks_[brick].version > 0 && !std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
+  }
+}
+
+void SoftGumView::follow(Nanos t) {
+  for (Wound& wound : wounds_) {
+    const double radius = haptics::blood_radius(surface_->law(), to_seconds(t - wound.place.t));
+    if (std::abs(radius - wound.drawn) < kGrowth) continue;
+    wound.drawn = radius;
+    for (std::uint32_t brick = 0; brick < rest_.size(); ++brick) {
+      if (glm::length(rest_[brick].middle - wound.place.p_W) > rest_[brick].radius + 1.2 * radius) continue;
+      if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
+    }
+  }
+  if (changed_.empty()) return;
+  ++version_;
+  for (const std::uint32_t brick : changed_) make(brick);
+  changed_.clear();
+}
+
+/// Opacity of the blood at a point of the resting surface: patches with an uneven rim.
+float SoftGumView::blood_at(const dvec3& p_W) const {
+  double most = 0;
+  for (const Wound& wound : wounds_) {
+    if (!(wound.drawn > 0)) continue;
+    const dvec3 off = p_W - wound.place.p_W;
+    const dvec3 wave = off * 2400.0;  // 1/m; lobes of about a millimetre
+    const double lobes =
+        std::sin(wave.x + 1.3 * std::sin(wave.z)) * std::sin(wave.y + 0.7) + 0.5 * std::sin(2.1 * wave.z);
+    const double rim = wound.drawn * (1 + 0.12 * lobes);
+    most = std::max(most, std::clamp((1 - glm::length(off) / rim) / kRimWidth, 0.0, 1.0));
+  }
+  return static_cast<float>(most * most * (3 - 2 * most));
+}
+
+void SoftGumView::make(std::size_t index) {
+  Rest& rest = rest_[index];
+  Brick& brick = bricks_[index];
+  rest.changed = false;
+  brick.version = version_;
+  brick.now = rest.mesh;
+  bool at_rest = true;
+  for (std::size_t v = 0; v < brick.now.vertices.size(); ++v) {
+    render::Vertex& vertex = brick.now.vertices[v];
+    glm::vec3 moved(0), slope(0);
+    for (std::uint32_t i = rest.first[v]; i < rest.first[v + 1]; ++i) {
+      const Influence& influence = rest.influences[i];
+      const float inward = inward_[influence.point];
+      if (inward == 0) continue;
+      moved -= influence.part * inward * glm::vec3(surface_->points()[influence.point].n_W);
+      slope += inward * influence.slope;
+    }
+    const float blood = blood_at(rest.origin + dvec3(vertex.p));
+    if (moved == glm::vec3(0) && !(blood > 0)) continue;
+    at_rest = false;
+    // A surface lowered by h has the normal n + ∇h.
+    vertex.p += moved;
+    vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
+    if (blood > 0) {
+      vertex.under = Tissue::kPulp;  // the colour of blood
+      vertex.shows = std::max(vertex.shows, kOpaque * blood);
+    }
+  }
+  if (at_rest) brick.now = *rest.whole;
+}
+
+}  // namespace typodont

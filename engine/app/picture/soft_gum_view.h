@@ -1,0 +1,80 @@
+// The picture of the soft gum: displaced vertices where an instrument presses or a bur has cut, and blood. Only bricks
+// that changed are made anew; a gum at rest costs nothing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/render/renderer.h"
+#include "haptics/soft_tissue.h"
+
+namespace typodont {
+
+/// Drawing thread.
+class SoftGumView {
+ public:
+  /// A brick of the gum in its present shape. The brick belongs to the fine or to the coarse mesh of a body.
+  struct Brick {
+    render::MeshId mesh = 0;
+    bool coarse = false;
+    render::MeshUpdate now;
+    std::uint64_t version = 0;  // version() at its last change; 0: as in the surroundings
+  };
+
+  SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, const Surroundings& around);
+
+  /// New state of a point.
+  void move(const haptics::SoftMove& move);
+  void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
+  /// Takes over everything that changed in the tissue since the last call. For programs with one thread.
+  void take(haptics::SoftTissue& tissue);
+  /// Returns to a gum that was never touched.
+  void reset();
+  /// Makes the bricks that changed up to time t, ns of the session.
+  void follow(Nanos t);
+
+  std::span<const Brick> bricks() const { return bricks_; }
+  /// Increases whenever a brick changes.
+  std::uint64_t version() const { return version_; }
+
+ private:
+  /// Influence of a point on a vertex.
+  struct Influence {
+    std::uint32_t point = 0;
+    float part = 0;      // 0..1
+    glm::vec3 slope{0};  // 1/m, gradient of `part`
+  };
+  /// A brick with triangles that are small enough for a dent.
+  struct Rest {
+    const render::MeshUpdate* whole = nullptr;  // the brick in the surroundings, with larger triangles
+    dvec3 origin{0};                            // m, W, of the vertices
+    render::MeshUpdate mesh;
+    std::vector<std::uint32_t> first;  // for each vertex, its first influence; and the end
+    std::vector<Influence> influences;
+    dvec3 middle{0};
+    double radius = 0;  // m, of a ball around `middle` that contains the brick
+    bool changed = false;
+  };
+  struct Wound {
+    haptics::SoftWound place;
+    double drawn = 0;  // m, radius in the picture
+  };
+
+  void add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse);
+  void make(std::size_t brick);
+  float blood_at(const dvec3& p_W) const;
+
+  std::shared_ptr<const haptics::SoftSurface> surface_;
+  std::vector<Brick> bricks_;
+  std::vector<Rest> rest_;                             // for each brick
+  std::vector<std::vector<std::uint32_t>> bricks_of_;  // for each point, the bricks that it influences
+  std::vector<float> inward_;                          // m, for each point
+  std::vector<std::uint32_t> changed_;                 // bricks to make
+  std::vector<Wound> wounds_;
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace typodont

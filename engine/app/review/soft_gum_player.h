@@ -1,0 +1,34 @@
+// The soft gum of a recorded session at any time: the drawn tool of each recorded tick presses and cuts it again.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/review/player.h"
+#include "haptics/soft_tissue.h"
+
+namespace typodont {
+
+/// Drawing thread.
+class SoftGumPlayer {
+ public:
+  /// `player` and `around` must outlive this object.
+  SoftGumPlayer(const SessionPlayer& player, std::shared_ptr<const haptics::SoftSurface> surface,
+                const Surroundings& around);
+  /// Moves to the player's present tick. Backward it starts again at the beginning of the session.
+  void follow();
+  const SoftGumView& view() const { return view_; }
+
+ private:
+  void press(const ServoTick& tick);
+
+  const SessionPlayer& player_;
+  std::shared_ptr<const haptics::SoftSurface> surface_;
+  std::optional<haptics::SoftTissue> tissue_;
+  SoftGumView view_;
+  std::uint64_t next_ = 0;  // index of the next tick
+  Nanos last_t_ = 0;
+};
+
+}  // namespace typodont

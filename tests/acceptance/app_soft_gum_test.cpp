@@ -1,0 +1,242 @@
+// Soft gum of a scene: felt by a scripted hand, replayed bit for bit, seen in the picture's bricks, cut and bleeding.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/haptic_loop.h"
+#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/review/soft_gum_player.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings/soft_gum.h"
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/base/units.h"
+#include "engine/session/ticks_csv.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+/// A ball as a tooth with gum around its lower half.
+class SoftGum : public testing::Test {
+ protected:
+  SoftGum() {
+    folder.write(
+        "ball.json",
+        R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
+    load_tissue(read_scene(folder.path() / "ball.json")).save(folder.path() / "ball.vdb");
+    soft = scene("soft", R"(, "soft": {})");
+    rigid = scene("rigid", "");
+    const SurroundingsShape shape(*read_scene(soft).surroundings);
+    top = {0, 4.0e-3, 3e-3};
+    while (shape.gum(top) > 0) top.z -= 5e-6;
+  }
+  std::string scene(const std::string& name, const std::string& key) const {
+    return folder.write(
+        name + ".json",
+        R"({"tissue": {"volume": "ball.vdb"}, "surroundings": {"neighbours": [], "gum": {"margin_mm": [0, 0, -0.5],
+            "thickness_mm": 1.2, "papilla_mm": 0, "length_mm": 12)" +
+            key + R"(}}, "tools": [{"shape": "sphere", "diameter_mm": 1.2}, "probe_who_621"], "spindle_krpm": 300})");
+  }
+  /// A path down to `depth` mm in the gum, 2 s of rest, and up again.
+  std::string path(double depth, double pedal) const {
+    const auto row = [&](double t, double height, double drill) {
+      return fmt::format("{},{},{},{},1,0,0,0,{}\n", t, 1e3 * top.x, 1e3 * top.y, 1e3 * top.z + 0.6 + height, drill);
+    };
+    return folder.write("path.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n" + row(0, 1.0, 0) + row(0.2, 0.5, pedal) +
+                                        row(0.7, -depth, pedal) + row(2.7, -depth, pedal) + row(3.2, 1.5, 0) +
+                                        row(5, 1.5, 0));
+  }
+  std::vector<ServoTick> ticks(const std::string& scene, double depth, double pedal) const {
+    const Ran ran = folder.run(
+        fmt::format("servo {} --hand {} --out {} --no-timing", scene, path(depth, pedal), folder / "ticks.csv"));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return session::read_ticks_csv(folder / "ticks.csv");
+  }
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  std::string soft, rigid;
+  dvec3 top;  // m, a point of the gum's surface
+};
+
+/// Depth of the deepest drawn vertex below the gum's resting surface, m; about 0.03e-3 for a gum at rest, the error of
+/// its mesh.
+double deepest(const SoftGumView& view, const Surroundings& around, const SurroundingsShape& shape) {
+  double most = 0;
+  for (const SoftGumView::Brick& brick : view.bricks()) {
+    if (brick.coarse || brick.version == 0) continue;
+    const auto mesh = std::find_if(around.meshes.begin(), around.meshes.end(),
+                                   [&](const SurroundingMesh& m) { return m.id == brick.mesh; });
+    for (const render::Vertex& v : brick.now.vertices) {
+      const dvec3 p = mesh->origin + dvec3(v.p);
+      if (shape.tooth(p) > 0.1e-3) most = std::max(most, -shape.gum(p));
+    }
+  }
+  return most;
+}
+
+/// True if every brick of the view is that of the surroundings.
+bool as_made(const SoftGumView& view, const Surroundings& around) {
+  for (const SoftGumView::Brick& brick : view.bricks()) {
+    if (brick.version == 0) continue;
+    const auto mesh = std::find_if(around.meshes.begin(), around.meshes.end(),
+                                   [&](const SurroundingMesh& m) { return m.id == brick.mesh; });
+    const auto& bricks = brick.coarse ? mesh->coarse : mesh->bricks;
+    const auto whole = std::find_if(bricks.begin(), bricks.end(),
+                                    [&](const render::MeshUpdate& b) { return b.brick == brick.now.brick; });
+    if (whole->indices != brick.now.indices) return false;
+    for (std::size_t v = 0; v < whole->vertices.size(); ++v) {
+      if (whole->vertices[v].p != brick.now.vertices[v].p) return false;
+    }
+  }
+  return true;
+}
+
+TEST_F(SoftGum, IsFeltByAProbeAndLeavesTheServoOfARigidGumAlone) {
+  const std::vector<ServoTick> felt = ticks(soft, 0.5, 0), air = ticks(rigid, 0.5, 0);
+  ASSERT_EQ(felt.size(), air.size());
+  double strongest = 0, last = 0;
+  for (std::size_t i = 0; i < felt.size(); ++i) {
+    ASSERT_EQ(air[i].f_T_W, dvec3(0)) << "a rigid gum is only drawn";
+    const double force = glm::length(felt[i].f_T_W);
+    ASSERT_LT(std::abs(force - last), 0.02) << i;
+    strongest = std::max(strongest, force);
+    last = force;
+  }
+  EXPECT_GT(strongest, 0.1);
+  EXPECT_LT(strongest, 0.5 + 0.1) << "at most the coupling's 1 N/mm times the depth, and friction";
+  EXPECT_EQ(last, 0);
+  // The tissue relaxes while the hand rests.
+  EXPECT_LT(glm::length(felt[2650].f_T_W), 0.98 * strongest);
+  EXPECT_GT(glm::length(felt[2650].f_T_W), 0.2 * strongest);
+}
+
+TEST_F(SoftGum, ReplaysARecordedSessionBitForBit) {
+  for (const double pedal : {0.0, 1.0}) {
+    Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.6, pedal), folder / "session.h5"));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    ran = folder.run(fmt::format("replay {} --check", folder / "session.h5"));
+    EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+  }
+}
+
+TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
+  Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5"));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  SessionPlayer player(folder / "session.h5");
+  const Surroundings around = make_surroundings(player.scene().surroundings);
+  const SurroundingsShape shape(*player.scene().surroundings);
+  SoftGumPlayer gum(player, soft_gum(player.scene().surroundings), around);
+  const auto at = [&](double t) {
+    player.seek(t);
+    gum.follow();
+    return deepest(gum.view(), around, shape);
+  };
+  EXPECT_LT(at(0.1), 0.05e-3);
+  const double pressed = at(2.5), cut = at(4.9);
+  EXPECT_GT(pressed, 0.2e-3);
+  EXPECT_GT(cut, 0.1e-3);
+  EXPECT_LT(at(0.1), 0.05e-3);
+  EXPECT_TRUE(as_made(gum.view(), around));
+  EXPECT_EQ(at(4.9), cut);
+}
+
+TEST_F(SoftGum, NamesMistakesInTheScene) {
+  for (const auto& [key, expected] : {std::pair(R"({"modulus": 1})", "modulus"),
+                                      std::pair(R"({"return_s": 0})", "return_s"), std::pair(R"(3)", "soft")}) {
+    const std::string file = scene("wrong", fmt::format(R"(, "soft": {})", key));
+    const Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", file, path(0.1, 0), folder / "t.csv"));
+    EXPECT_EQ(ran.status, 2) << key;
+    EXPECT_THAT(ran.err, HasSubstr(expected));
+  }
+}
+
+TEST_F(SoftGum, IsSeenWhereItIsPressedAndNowhereElseUntilItHasReturned) {
+  const Scene with_gum = read_scene(soft);
+  const Surroundings around = make_surroundings(with_gum.surroundings);
+  const SurroundingsShape shape(*with_gum.surroundings);
+  HapticLoop loop(with_gum, load_tissue(with_gum), 1000);
+  haptics::SoftTissue& tissue = *loop.servo().soft();
+  SoftGumView view(tissue.shared_surface(), around);
+  ServoTick tick;
+  Cut cut;
+  Nanos t = 0;
+  const auto hold = [&](double height, double seconds) {
+    for (int i = 0; i < 1000 * seconds; ++i, t += 1'000'000) {
+      loop.tick({t, {top + dvec3(0, 0, 0.25e-3 + height)}, 0, 1}, tick, cut);
+    }
+    view.take(tissue);
+    view.follow(t);
+  };
+  hold(3e-3, 0.1);
+  EXPECT_EQ(view.version(), 0u) << "a gum at rest makes no brick";
+  for (int i = 0; i < 100; ++i) hold(1e-3 - 15e-6 * i, 5e-3);
+  hold(-0.5e-3, 0.5);
+  EXPECT_GT(deepest(view, around, shape), 0.06e-3);
+  EXPECT_FALSE(as_made(view, around));
+  EXPECT_LT(deepest(view, around, shape), 0.6e-3);
+  std::size_t changed = 0, fine = 0;
+  for (const SoftGumView::Brick& brick : view.bricks()) {
+    if (!brick.coarse) ++fine;
+    if (brick.coarse || brick.version == 0) continue;
+    ++changed;
+    for (const render::Vertex& v : brick.now.vertices) {
+      ASSERT_NEAR(glm::length(v.n), 1, 1e-4);
+      ASSERT_EQ(v.shows, 0) << "a dent does not bleed";
+    }
+  }
+  EXPECT_GT(changed, 0u);
+  EXPECT_LT(changed, fine / 2);
+  hold(3e-3, 6);
+  const std::uint64_t version = view.version();
+  hold(3e-3, 1);
+  EXPECT_EQ(view.version(), version) << "the gum sleeps again";
+  EXPECT_TRUE(as_made(view, around));
+}
+
+TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
+  const Scene with_gum = read_scene(soft);
+  const Surroundings around = make_surroundings(with_gum.surroundings);
+  const SurroundingsShape shape(*with_gum.surroundings);
+  HapticLoop loop(with_gum, load_tissue(with_gum), 1000);
+  haptics::SoftTissue& tissue = *loop.servo().soft();
+  SoftGumView view(tissue.shared_surface(), around);
+  ServoTick tick;
+  Cut cut;
+  Nanos t = 0;
+  for (int i = 0; i < 1500; ++i, t += 1'000'000) {
+    const double height = i < 600 ? 1e-3 - 3e-6 * i : i < 1000 ? -0.8e-3 : std::min(-0.8e-3 + 10e-6 * (i - 1000), 3e-3);
+    loop.tick({t, {top + dvec3(0, 0, 0.6e-3 + height)}, i < 1000 ? 1.0 : 0.0, 0}, tick, cut);
+  }
+  ASSERT_FALSE(tissue.wounds().empty());
+  const auto reddest = [&](Nanos at) {
+    view.take(tissue);
+    view.follow(at);
+    double most = 0;
+    std::size_t red = 0;
+    for (const SoftGumView::Brick& brick : view.bricks()) {
+      if (brick.coarse) continue;
+      for (const render::Vertex& v : brick.now.vertices) {
+        most = std::max<double>(most, v.shows);
+        if (v.shows > 0.1f) ++red;
+      }
+    }
+    return std::pair(most, red);
+  };
+  const auto soon = reddest(t + 500'000'000), later = reddest(t + 10'000'000'000), end = reddest(t + 60'000'000'000),
+             bound = reddest(t + 600'000'000'000);
+  EXPECT_GT(soon.second, 0u);
+  EXPECT_GT(later.second, 2 * soon.second) << "the patch grows";
+  EXPECT_GT(end.first, 0.8);
+  EXPECT_LE(end.second, bound.second);
+  EXPECT_LT(10 * bound.second, 11 * end.second) << "up to its bound";
+  EXPECT_GT(deepest(view, around, shape), 0.25e-3) << "the cut stays";
+}
+
+}  // namespace
+}  // namespace typodont
