@@ -47,7 +47,7 @@ class HeadField {
   /// Signed distance from a point in T; also returns the unit direction, in T, in which the distance grows.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
-  // The chain, from the free end to the shank end, in double precision; sweeps use floats.
+  // The pieces of the meridian, from the free end to the shank end, in double precision; sweeps use floats.
   static constexpr int kMaxPieces = 4;
   struct Piece {
     double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)

@@ -28,7 +28,7 @@ struct WorkCounts {
   std::uint64_t droplets_stepped = 0, film_cells_stepped = 0, film_texels = 0;
   // Counts of the process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;
-  double cpu_seconds = 0, servo_cpu_seconds = 0;  // CPU time of all threads; of the servo thread
+  double cpu_seconds = 0, servo_cpu_seconds = 0;  // s, CPU time of all threads, and of the servo thread
 };
 
 struct WorkCount {

@@ -43,7 +43,8 @@ struct PassivityLaw {
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion is rounding or rest
   double leap = 2;      // m/s; a faster motion is a jump of the input
-  // s, time constant of the memory of the longest tick: a clock that missed ticks will miss more
+  // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss
+  // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
   // J by which the ledger may be overdrawn: a part of the allowed debt of 1 nJ; the rest is for rounding and a sudden

@@ -77,7 +77,9 @@ class Expert {
   double missing_ = 1e9;    // m³, smallest missing volume of filling up to now
   double off_ = 0;          // m³, difference between the tissue and the ideal before the last cutting
   int useless_layers_ = 0;  // consecutive layers that reduced the missing volume too little
-  std::size_t instrument_ = 0;  // index of the filling instrument, finest first; the second pass overfills
+  // index of the filling instrument, finest first; a second pass over all instruments, which overfills, continues the
+  // numbering
+  std::size_t instrument_ = 0;
 };
 
 class ExpertHand final : public haptics::HapticDevice {

@@ -1,4 +1,4 @@
-// The virtual coupling of eq. (3)–(5) along one line, and the step limits of eq. (7)–(10).
+// The virtual coupling of eq. (3)–(5) of Zhao 2020 along one line, and the step limits of eq. (7)–(10).
 #pragma once
 
 #include <algorithm>
@@ -25,9 +25,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Eq. (7)–(9), corrected: an obstacle limits the advance, but never the withdrawal. In the printed form the case is
-/// reversed: no motion without an obstacle. `wanted`: m along the axis, inward; `free`: m to the obstacle; `step`:
-/// largest step in a tick.
+/// Eq. (7)–(9), corrected: an obstacle limits the advance, but never the withdrawal. The printed equation has the two
+/// cases exchanged: with it, a tool without an obstacle does not move. `wanted`: m, wanted motion along the axis,
+/// inward; `free`: m, distance to the obstacle; `step`: m, largest step in a tick.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

@@ -16,8 +16,9 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kAhead = 1.5;     // voxels in front of the tool over which the field is compared to detect an obstacle
-constexpr double kFalls = 0.5;     // voxels, least decrease of the field over kAhead voxels that shows an obstacle
+// voxels, distance ahead of a tool voxel at which the field is compared with its value at this voxel
+constexpr double kAhead = 1.5;
+constexpr double kFalls = 0.5;     // voxels, least decrease of the field over kAhead voxels that indicates an obstacle
 constexpr double kTouches = 0.25;  // voxels, distance from bone up to which an obstacle blocks the advance
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 
@@ -27,31 +28,33 @@ struct Task {
   const EndLaw& law;
   const float* distance;
   const Tissue* tissue;
-  const std::uint8_t* hardness;  // null if the tissue is not graded
+  const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
-  dvec3 center;     // voxels
-  glm::dmat3 R;     // from T (m) to V (voxels), without the translation
-  dvec3 beyond;     // voxels, from a tool voxel to the place where an obstacle must continue
-  double slowness;  // s/rad, 1 over the spindle's speed; 0 if it stands still
+  dvec3 center;  // voxels
+  glm::dmat3 R;  // from T (m) to V (voxels), without the translation
+  // voxels, vector of length kAhead from a tool voxel to a point ahead of it; an obstacle contains this point
+  dvec3 beyond;
+  double slowness;  // s/rad, 1 divided by the spindle's speed; 0 for a stopped spindle
 };
 
-/// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a double, so that loops over
-/// both become vector code.
+/// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a double, so that the
+/// compiler can vectorise loops that use both.
 struct alignas(64) Block {
   double x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in V
   double field[kBlock];                    // voxels, distance from bone at the voxel's centre
   double gap[kBlock];                      // m, distance of the voxel's surface from bone
   std::int64_t touches[kBlock];            // the voxel is in contact with bone
   std::int64_t stops[kBlock];              // the voxel cannot cut the bone that it touches
-  double ahead[kBlock];                    // voxels, distance from bone at `beyond`
+  double ahead[kBlock];                    // voxels, field value at `beyond`
   std::int32_t at[kBlock];                 // index of the sample to read
   std::int64_t label[kBlock];              // tissue at `beyond`
-  std::int32_t byte[kBlock];               // hardness there, see hardness.h
+  std::int32_t byte[kBlock];               // hardness at `beyond`, as in hardness.h
   double energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  double area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // the voxel's summands
+  double area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // each voxel's terms of the sums in EndLook
 };
 
-/// Trilinear samples as sample_linear() computes them. Returns whether any voxel is nearer to bone than a patch voxel.
+/// Samples the field trilinearly at the voxels, with the same bits as sample_linear(). Returns true if any voxel is
+/// less than one patch voxel away from bone.
 TYPODONT_KERNEL bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -103,21 +106,21 @@ TYPODONT_KERNEL bool sample(const Task& task, std::size_t first, Block& b) {
   return any != 0;
 }
 
-/// std::round(), without a call.
+/// std::round() without a function call.
 TYPODONT_KERNEL double rounded(double v) {
   const double whole = static_cast<std::int32_t>(v), rest = v - whole;
   return whole + (rest >= 0.5 ? 1.0 : 0.0) - (rest <= -0.5 ? 1.0 : 0.0);
 }
 
-/// Finds the bone in front of the voxels that touch. An obstacle must continue ahead of the tool; bone beside the tool
-/// is not an obstacle. Returns the labels of the bone at the voxels that still touch, as bits.
+/// Finds the bone in front of the voxels that touch bone. An obstacle must continue ahead of the tool; bone beside
+/// the tool is not an obstacle. Returns the labels of the bone ahead of these voxels, as a set of bits.
 TYPODONT_KERNEL std::uint64_t look_beyond(const Task& task, Block& b) {
   const double n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
   const dvec3 beyond = task.beyond;
   for (std::size_t i = 0; i < kBlock; ++i) {
     const double x = rounded(b.x[i] + beyond.x) - lo_x, y = rounded(b.y[i] + beyond.y) - lo_y,
                  z = rounded(b.z[i] + beyond.z) - lo_z;
-    const double at = (x * n + y) * n + z;  // exact
+    const double at = (x * n + y) * n + z;  // an integer, which a double stores exactly
     b.at[i] = static_cast<std::int32_t>(b.touches[i] != 0 ? at : 0.0);
   }
   for (std::size_t i = 0; i < kBlock; ++i) {
@@ -136,8 +139,9 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task& task, Block& b) {
   return static_cast<std::uint64_t>(labels);
 }
 
-/// The summands of eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the other components
-/// cancel around the axis. A voxel that does not touch adds 0. Returns whether any voxel stops the tool.
+/// The summands of eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the sums of the other
+/// components around the axis are zero. A voxel that does not touch bone adds 0. Returns true if any voxel stops the
+/// tool.
 TYPODONT_KERNEL bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
   const EndLaw& law = task.law;
   const std::int64_t only = std::has_single_bit(labels) ? std::countr_zero(labels) : -1;
@@ -222,7 +226,7 @@ void look_at_blocks(const Task* task, EndLook* result) {
 }  // namespace
 
 EndVoxels::EndVoxels(const ToolVoxels& voxels) : count(voxels.ahead), share(1 / voxels.ahead_share) {
-  constexpr float kNever = 1e9f;  // m
+  constexpr float kNever = 1e9f;  // m, distance of the padding voxels from the head's surface; they never touch bone
   const std::size_t padded = (count + kBlock - 1) / kBlock * kBlock;
   for (std::size_t i = 0; i < padded; ++i) {
     const ToolVoxel& v = voxels.outer[std::min(i, count - 1)];

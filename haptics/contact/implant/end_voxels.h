@@ -25,7 +25,7 @@ struct EndVoxels {
   std::vector<float> ability;
   std::vector<float> r;   // m, distance from the axis
   std::size_t count = 0;  // voxels without the padding
-  double share = 1;       // factor of the areas, 1 / ToolVoxels::ahead_share
+  double share = 1;       // factor of the areas: 1 / ToolVoxels::ahead_share
 };
 
 /// Properties of tissues and tool for look_at_end(). SI.
@@ -44,12 +44,12 @@ struct EndLaw {
 /// Result of look_at_end().
 struct EndLook {
   CuttingWrench wrench;      // in T, per m/s of feed along -z
-  double free = 1e9;         // m that the tool may advance before a non-cutting voxel touches bone
+  double free = 1e9;         // m, distance that the tool may advance before a non-cutting voxel touches bone
   double engaged = 0;        // m², area of the end in contact with bone
   double collided = 0;       // m², part of `engaged` at which an obstacle blocks the advance; num_cd in the paper
   double greatest_grey = 0;  // Hounsfield units, of the bone in contact
   PerTissue tissue{};        // m², part of `engaged` per tissue
-  PerTissue hardness{};      // m², the same, each area times its hardness
+  PerTissue hardness{};      // m², area of each part in `tissue`, multiplied by its hardness
 };
 
 /// Evaluates the cutting law and the obstacles over the voxels in front of the end. `center_V`: the head's centre in

@@ -21,7 +21,7 @@ class ImplantBody final : public offset::FieldBody {
   void cut_out(Snapshot& snapshot) override;
 
  private:
-  bool placed_ = false;  // an implant was placed since the last snapshot
+  bool placed_ = false;  // true if an implant was placed since the last snapshot
 };
 
 }  // namespace typodont::haptics::implant

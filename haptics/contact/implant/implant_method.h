@@ -21,22 +21,26 @@ struct Bed {
   bool bore = false;       // this is the bore of a placed implant
 };
 
-/// Parameters of a scene's model. SI. Values without a cited source are our own choice; README.md gives the reasons.
+/// Parameters of the contact model `implant` in a scene's file. SI units. Values without a cited source are our own
+/// choice; README.md gives the reasons.
 struct Parameters {
   // m, edge of a voxel of the tool; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
   int layers = 2;  // number of voxel layers for the contact ("1~2", Zhao 2020)
   // Criteria for entering a bed (Zhao 2020, "implant criteria").
   double centre_tolerance = 0.5e-3;  // m, largest distance of the tip from the bed's axis, and from its entry
-  // m in front of the entry within which the tip counts as at the entry; a wide tool meets a sloping rim earlier
+  // m, distance in front of the entry within which the tip counts as being at the entry, because a wide tool touches
+  // a sloping rim before its tip is at the entry
   double rim_above = 1.5e-3;
-  double radius_tolerance = 0.1e-3;  // m by which the radius of a tool that does not widen the bed may exceed the bed's
-  double widening = 0.6e-3;          // m by which a drill's radius may exceed the bed's
-  double loose = 0.75e-3;         // m by which a tool may be narrower than the bed; a narrower tool moves freely in it
+  // m, largest amount by which the radius of a tool that does not widen the bed may exceed the bed's radius
+  double radius_tolerance = 0.1e-3;
+  double widening = 0.6e-3;  // m, largest amount by which a drill's radius may exceed the bed's radius
+  // m, largest amount by which a tool's radius may be less than the bed's; a narrower tool moves freely in the bed
+  double loose = 0.75e-3;
   double axis_tolerance = 0.175;  // rad (10 degrees), largest angle between tool and bed
   double enter_force = 0.3;       // N along the axis, threshold for entering
-  double leave = 0.3e-3;          // m that the tip must be outside the bed to leave it (hysteresis)
-  double least_depth = 0.5e-3;    // m; a shallower hole is not a bed
+  double leave = 0.3e-3;          // m, distance of the tip from the entry at which the tool leaves the bed (hysteresis)
+  double least_depth = 0.5e-3;    // m, least depth of a bed; a shallower hole is not a bed
   // Parameters of the motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool, eq. (5)
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
@@ -48,7 +52,8 @@ struct Parameters {
   // Grey values in Hounsfield units of tissues at hardness 1.
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // grey value of nerve and gum
-  // Insertion torque: reference · (grey / reference_grey)^exponent for the reference surface; less in a tapped bed.
+  // Insertion torque of an implant with the surface torque_surface: torque · (grey / torque_grey)^torque_exponent. In
+  // a tapped bed, this value is multiplied by tapped_share.
   double torque = 0.489;           // N·m, reference torque
   double torque_grey = 1050;       // HU that correspond to the reference density of 0.64 g/cm³
   double torque_exponent = 2.06;   // from 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³

@@ -11,13 +11,15 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as stopped
-constexpr double kAtPlace = 2e-6;            // m from the bed's axis within which a tool cuts
+constexpr double kAtPlace = 2e-6;            // m, largest distance from the bed's axis at which a tool cuts
 constexpr double kTipContactCosine = 0.5;    // cosine between force and axis above which the contact is at the tip
 constexpr double kThreadGrips = 0.2e-3;      // m, depth in the bed from which a thread engages
-constexpr double kSeated = 0.05e-3;          // m that a seated implant may protrude, or be above the bed's bottom
-constexpr double kSpeedHeldUpTo = 0.1;  // fraction of the largest torque up to which an implant motor keeps its speed
-constexpr double kTorqueTime = 4e-3;    // s, time constant of the torque about the axis
-constexpr double kAcross = 0.05e-3;     // m, step along a bed's axis between two samples of its depth
+// m, tolerance of a seated implant's depth, and of its distance from the bed's bottom
+constexpr double kSeated = 0.05e-3;
+// fraction of its largest torque, directly below this torque, in which an implant motor slows down to a stop
+constexpr double kSpeedHeldUpTo = 0.1;
+constexpr double kTorqueTime = 4e-3;  // s, time constant of the torque about the axis
+constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
 
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
@@ -114,8 +116,8 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
 EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
-  // The wall of a bed of the tool's width lies within a voxel of the tool's rim. So obstacles are searched only inside
-  // this width.
+  // If a bed is as wide as the tool, the bed's wall is less than a voxel away from the tool's rim. So obstacles are
+  // searched only within this width.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
   law.greatest_grey = implant.greatest_grey;
@@ -124,13 +126,13 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// m from the entry to the present end of the bed; undo may have filled it again.
+/// Depth of the bed in m, from the entry to the present bottom; an undo may have filled the bed again.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels
+  constexpr double kInBone = -0.5;  // voxels, field value below which a sample lies in bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;
@@ -158,7 +160,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Combines the pose that the state demands with the remaining difference from the last switch.
+/// Adds the remaining difference of pose from the last change of state to the pose that the present state requires.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -180,7 +182,8 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts sideways, and only a tool that cuts on all sides may leave the axis while cutting.
+  // Only a round bur cuts during free motion. It does not cut while a difference of pose from the last change of
+  // state remains.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -198,7 +201,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Evaluates the criteria; true if the tool has entered a bed.
+/// Evaluates the four criteria. Returns true if the tool has entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -219,14 +222,15 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that entered without touching the rim is also in the bed.
+    // A tool that has moved into the bed without touching the rim has also entered the bed.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // Start from the previous pose: the free state may jump on the rim in the tick in which the criteria are met.
+    // The motion starts at the previous pose, because the pose of the free state may jump on the rim in the tick in
+    // which the criteria are met.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -255,7 +259,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// The tool is free again; the difference in pose fades.
+/// Ends the motion in the bed: the tool moves freely again, and the difference of pose fades.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -315,7 +319,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
-  // Bone is cut only on the way in; on the way out it does not hold the teeth.
+  // The tool cuts bone only while it moves inward. While it is withdrawn, the bone exerts no cutting force.
   const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
@@ -327,7 +331,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
 }
 
 /// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. So the force changes
-/// no faster than allowed after a switch. (A drill that perforates the bone falls freely.)
+/// no faster than allowed after a change of state. (A drill that perforates the bone falls freely.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -353,7 +357,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // The thread does not yet engage: the tool slides, and rotation under force pulls it in.
+    // The thread does not engage yet: the tool slides, and if it is pushed, its rotation draws it in.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -365,12 +369,12 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle rotates a tool
-  // that it drives in about the tool's +z; a hand rotates it about -z.
+  // The bone opposes the rotation of the thread with the full torque while the thread rotates, and with no torque
+  // while it rests. A spindle rotates a tool that it drives in about the tool's +z; a hand rotates it about -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // Seated: completely in the bone, or at the bottom of a bed that is too shallow.
+  // The implant is seated if it is completely in the bone, or at the bottom of a bed that is too shallow.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
@@ -380,7 +384,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
 /// Torque in N·m to rotate a thread at depth `tip` in its bed: README.md, "Insertion torque".
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr double kApart = 1e-3;  // m along the axis
+  constexpr double kApart = 1e-3;  // m, distance along the axis between two samples
   const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
@@ -456,7 +460,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// If there is no bone in front of the tool's end, the wall beside it gives the contact.
+/// If there is no bone in front of the tool's end, tissue and hardness are taken from the wall beside the end.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -487,7 +491,8 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // The bed's forces along its normals are not computed individually, so there is no torque except about the axis.
+  // The forces of the bed's wall along its normals are not computed individually. So the only torque is the torque
+  // about the axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

@@ -77,8 +77,8 @@ class ImplantModel final : public offset::OffsetModel {
 
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // one for each tool
-  std::vector<EndVoxels> ends_;     // their voxels in front of the end
-  EndLaw law_;                      // the properties of the tissues; look_ahead() adds those of tool and tick
+  std::vector<EndVoxels> ends_;     // the voxels in front of each tool's end
+  EndLaw law_;  // properties of the tissues; look_ahead() adds the properties of the tool and of the tick
   // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   std::array<dvec3, 12> around_thread_;  // unit vectors in T, around the axis
@@ -86,24 +86,24 @@ class ImplantModel final : public offset::OffsetModel {
   static constexpr std::size_t kMostBeds = 64;
 
   bool in_bed_ = false;
-  bool easing_ = false;  // the tool has just entered the bed and has not yet caught up with the hand
+  bool easing_ = false;  // true if the tool has just entered the bed and has not yet caught up with the hand
   std::size_t bed_ = 0;  // index of the tool's bed
-  double tip_ = 0;       // m from the bed's entry to the tool's tip
-  double entered_ = 0;   // value of tip_ when the tool entered
+  double tip_ = 0;       // m, depth of the tool's tip below the bed's entry
+  double entered_ = 0;   // value of tip_ when the tool entered the bed
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
   EndLook look_;         // evaluation of the voxels ahead of the tool in this tick
   double torque_ = 0;    // N·m about the axis, smoothed
-  bool seated_ = false;  // the implant has reached its final position and stays there
-  bool placed_ = false;  // the tool was placed: the hand holds nothing
+  bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
+  bool placed_ = false;  // true if the tool was placed in the bone; the hand then holds no tool
 
-  // Remaining difference of pose from the last switch of state, which fades.
+  // Difference of pose that remains from the last change of state and fades.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // the tool's pose in the last tick
-  bool blended_ = false;   // the pose of the last tick included a remaining difference
-  bool switched_ = false;  // the tool has just left a bed
+  bool blended_ = false;   // true if the pose of the last tick included a remaining difference
+  bool switched_ = false;  // true if the tool has just left a bed
 };
 
 }  // namespace typodont::haptics::implant

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFacingEnd = 0.5;
 constexpr int kNear = 4;            // distance from the axis in voxels within which 1/r is averaged over the voxel
 constexpr int kParts = 8;           // number of parts per edge over which 1/r is averaged
-constexpr double kRounding = 1e-6;  // voxels
+constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // Depth in voxels below the surface at which the normal is compared with that on the surface.
 constexpr double kWithin = 0.05;
 constexpr double kSmooth = 0.97;  // least cosine between the two normals; a smaller cosine shows a rim
@@ -61,7 +61,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end touches bone only where the shank would touch it, too.
+        // The upper end is omitted, because it touches bone only if the shank touches bone, too.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
         // Next to a sharp rim the nearest surface point is on the rim itself, so the voxel has no surface of its own.

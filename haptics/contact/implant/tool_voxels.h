@@ -16,22 +16,25 @@ struct ToolVoxel {
   glm::vec3 p;      // m
   glm::vec3 n;      // unit, out of the head
   float outside;    // m, signed distance of p from the head's surface, negative inside
-  float area;       // m², surface area that it represents
-  float inverse_r;  // 1/m, mean of 1 over the distance to the tool's axis
-  float ability;    // 0..1, ability to drill; 0: it cannot penetrate bone
+  float area;       // m², surface area that the voxel represents
+  float inverse_r;  // 1/m, mean of 1/r over the voxel, where r is the distance from the tool's axis
+  float ability;    // 0..1, ability to drill; 0: the voxel cannot cut bone
 };
 
 /// The outer layer. The voxels inside it (inner voxels) only remove tissue; their union is the sweep of the head
 /// (haptics/sweep.h), so they are not stored.
 struct ToolVoxels {
   std::vector<ToolVoxel> outer;  // voxels ahead of the tool's end come first
-  std::size_t ahead = 0;   // number of voxels outside the head in front of its end, which meet the bone on the way in
-  double edge = 0;         // m, size of a voxel
-  double ahead_share = 1;  // fraction of the end's area that the voxels ahead represent; the rest lies inside the head
+  // number of voxels in front of the head's end and outside the head; they touch bone when the tool advances
+  std::size_t ahead = 0;
+  double edge = 0;  // m, size of a voxel
+  // fraction of the end's area that the voxels ahead represent; the other voxels of the end lie inside the head
+  double ahead_share = 1;
 };
 
-/// Voxels of `edge` m, with an outer layer of `layers` voxels. For a threaded tool only the core is used, because the
-/// thread runs in the groove that it has cut. The abilities come from the tool's block; without it all are 1.
+/// Converts the tool to voxels with the edge length `edge` (m) and an outer layer of `layers` voxels. For a threaded
+/// tool only the core is used, because the thread runs in the groove that it has cut. The abilities come from the
+/// block `implant` in the tool's file; without this block all abilities are 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
 /// Force and torque of the tissue on the tool per m/s of feed. Frame T, about T's origin.
@@ -40,9 +43,9 @@ struct CuttingWrench {
   dvec3 torque{0};  // N·s
 };
 
-/// Contribution of one voxel to eq. (2): u is the specific cutting energy (J/m³), `along` the unit feed direction in T,
-/// `speed` the spindle's (rad/s, about T's z), `alpha` the ratio of tangential to normal force. Zero if the voxel does
-/// not face the feed.
+/// Contribution of one voxel to eq. (2): u is the specific cutting energy (J/m³), `along` the unit feed direction in
+/// T, `speed` the spindle's speed (rad/s, about T's z), `alpha` the ratio of tangential to normal force. Zero if the
+/// voxel does not face the feed.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);

@@ -51,7 +51,7 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
   std::vector<LoosePiece> pieces_;   // pieces removed from the volume that the caller has not taken yet
-  TissueVolume::Written written_;    // changes since the last copy of the patch that is being renewed
+  TissueVolume::Written written_;    // changes since the last copy of the patch that is being updated
   double travel_ = 0;                // m, distance that a head may travel inside one patch
   std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
   CoarseGrid coarse_;                // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank

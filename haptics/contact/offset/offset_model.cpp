@@ -83,9 +83,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// The tissue under the head: samples below each contact, weighted by the contact's force.
+/// Determines the tissue under the head from samples below each contact, weighted by the contact's force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  constexpr double kFeltBelow = 0.5;  // voxels under the surface at which the tissue is sampled
+  constexpr double kFeltBelow = 0.5;  // voxels, depth of these samples below the surface
   const Step& p = step_;
   const double h = voxel();
   out.turns_tool = tool().shape != HeadShape::kSphere || heads_[tool_].smooth.any();

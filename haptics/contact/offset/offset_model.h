@@ -41,7 +41,7 @@ class OffsetModel : public PatchModel {
   /// State of the tick that is being computed.
   struct Step {
     dvec3 start{0}, c{0};       // the head's centre at the start of the tick, and now
-    dvec3 target{0};            // the head's centre where the hand holds it
+    dvec3 target{0};            // position of the head's centre that corresponds to the hand's pose
     dvec3 shift{0};             // the hand's motion since the last tick
     double slack = 0;           // voxels, depth that the head may sink in this tick, limited by the energy budget
     double slack_at_walls = 0;  // fraction of slack that remains at a wall
@@ -50,10 +50,12 @@ class OffsetModel : public PatchModel {
     bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick
     dvec3 fall_normal{0};      // unit vector against the hand's fall; zero if the hand does not fall
     double fall_limit = 0;     // voxels, largest distance that the falling head may go down in this tick
-    // vector from the hand to where contacts and energy debt alone hold the head; zero if nothing holds it
+    // vector from the hand to the position at which contacts and energy debt alone hold the head; zero if nothing
+    // holds it
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head
-    bool touching = false, lost = false, deep = false, bridging = false, late = false;  // same fields as in Contact
+    // the members of Contact with the same names
+    bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
   /// State of one search, carried from iteration to iteration.
@@ -63,10 +65,10 @@ class OffsetModel : public PatchModel {
     double last_gain = 1, last_length = 0;
     int settled = 0;       // number of iterations that ended among contacts
     dvec3 long_step{0};    // the last step that was too long to be made in one iteration
-    int reversals = 0;     // number of such steps that pointed against the one before
+    int reversals = 0;     // number of long steps in the direction opposite to the previous long step
     bool at_pace = false;  // true if the speed limit, not a contact, limited the last step
-    dvec3 held_at{0};      // the head's centre as held by the contacts alone
-    dvec3 led_to{0};       // the hand's target, moved by the grip of the teeth if they hold the head
+    dvec3 held_at{0};      // position of the head's centre that the contacts alone determine
+    dvec3 led_to{0};       // target of the hand, moved by the grip of the teeth if they hold the head
   };
   enum class Advance { kOn, kArrived, kNear };
   enum class Ending { kDone, kPlacementRefused };
@@ -77,7 +79,7 @@ class OffsetModel : public PatchModel {
   double reach() const noexcept { return heads_[tool_].reach; }
   /// Lower bound of the head's distance to tissue. Valid only if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// Lower bound of the whole tool's distance to tissue, from that of the head.
+  /// Lower bound of the whole tool's distance to tissue, computed from the lower bound of the head's distance.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
   // Functions for the pose of the proxy (proxy.cpp).
@@ -130,20 +132,20 @@ class OffsetModel : public PatchModel {
   // State of the proxy, kept from tick to tick.
   HeldBy held_;           // normals of the contacts that held the head in the last tick
   bool emptied_ = false;  // true if the last tick removed all tissue inside the head
-  double overlap_ = 0;    // voxels of overlap with tissue that are still to be removed by moving the head out
+  double overlap_ = 0;    // voxels, overlap with tissue that remains to be resolved by moving the head out
   double wall_ = 0;       // Contact::wall of the last tick
   bool breaking_through_ = false;
   double lost_for_ = 0;     // s since the patch last contained the tool
-  double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: none does
+  double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: no plane replaces it
   dvec3 bridge_from_{0};    // the head's centre where the snapshot ended
-  double rejoining_ = 0;    // s left to return smoothly from a bridging plane to the surface
+  double rejoining_ = 0;    // s, remaining time of the smooth return from a bridging plane to the surface
   struct Retreat {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, place at which the proxy has rested
-    double held_for = 0;   // s that the proxy has rested at held_at while the hand was far away
+    double held_for = 0;   // s, time for which the proxy has rested at held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along the path
     std::size_t to = 0;    // index of the point of the path to which the proxy is led
-    bool wedged = false;   // true if the hand has left and no way back was found
+    bool wedged = false;   // true if the hand has moved away and no path back was found
   } retreat_;
   struct Fall {
     dvec3 push_mean{0};                 // N, mean push of the tissue on the head
@@ -159,11 +161,11 @@ class OffsetModel : public PatchModel {
 
   struct Filling {
     double owed = 0;           // m³, filling that is due but not yet placed
-    double radius = -1;        // voxels, radius of the growing dome; negative: there is none
+    double radius = -1;        // voxels, radius of the growing dome; negative: no dome exists
     double free_fraction = 1;  // fraction of the dome's surface that is free, estimated in the last tick
     dvec3 center{0}, end{0};   // the dome's centre; the instrument's end when the dome was begun
-    dvec3 root{0};      // place where the first dome was begun; filling that finds no room flows on from this place
-    bool idle = false;  // true if the last tick found hardly any room in the dome
+    dvec3 root{0};  // place where the first dome was begun; filling that does not fit there flows on from this place
+    bool idle = false;  // true if the dome could hardly grow in the last tick
   } filling_;
   // Search for open places along straight rays from the root. All rays are searched to the same distance, so the
   // nearest open place is found first.
@@ -174,7 +176,7 @@ class OffsetModel : public PatchModel {
     };
     static constexpr int kNever = 1 << 30;
     int looks = 0;        // number of samples that all rays have completed
-    std::size_t way = 0;  // index of the next ray; the rays before it have one more sample
+    std::size_t way = 0;  // index of the next ray; rays with a smaller index have one more sample
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
   std::vector<glm::vec3> flow_directions_;  // unit vectors; empty if no tool fills

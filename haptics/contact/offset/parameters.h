@@ -24,7 +24,8 @@ struct SearchParameters {
   static constexpr int iterations = 48;  // limit of iterations per tick, free motion included
   // Upper limits of the iterations in contact per tick.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  static constexpr int reversals = 2;  // limit of long steps against the step before; more of them do not converge
+  // limit of long steps that reverse the previous long step; a search with more reversals does not converge
+  static constexpr int reversals = 2;
   // Upper limit of the rounds of exact queries for the planes that hold a head which does not cut.
   static constexpr int refining_rounds = 6;
   // Ratio of successive steps up to which the secant method is used.
@@ -33,8 +34,8 @@ struct SearchParameters {
   static constexpr double most_gain_of_many = 2;  // upper limit of the secant method's gain with several contacts
   // Voxels, upper limit of the depth that one tick may cut; the contact planes do not describe a deeper surface.
   static constexpr double most_slack = 1;
-  // Voxels; an overlap above this is no error of cutting or rounding, and the head is then led out of the tissue
-  // slowly.
+  // Voxels, largest overlap that errors of cutting or rounding cause; with a larger overlap the head is moved out of
+  // the tissue slowly.
   static constexpr double deep = 0.6;
 };
 
@@ -49,20 +50,22 @@ struct WallPlacementParameters {
   static constexpr double alone = 2e-4;  // voxels, step below which the ball with one exact contact has converged
 };
 
-/// Limits of the proxy's speed relative to the hand while a bur cuts: the hand must feel no step above 0.02 N a tick.
+/// Limits of the proxy's speed relative to the hand while a bur cuts, so that the force changes by at most 0.02 N per
+/// tick.
 struct PaceParameters {
   static constexpr double cut_slew = 6;  // N/s, limit of the change of a cutting contact's force by the proxy
   // N/s, limit of the change of a force that ends because the bur broke through
   static constexpr double free_slew = 14;
   static constexpr double grip_slew = 9;      // N/s, limit of the force's rise when the teeth catch
-  static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: sideways resistance over push
-  static constexpr double tolerance = 1.02;   // ratio to the speed limit up to which the limit counts as kept
+  static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: lateral force divided by push
+  static constexpr double tolerance = 1.02;   // ratio of speed to speed limit up to which the limit counts as observed
   static constexpr int rounds = 4;            // limit of iterations toward the speed limit
-  static constexpr double free_debt = 3e-3;   // s of the motor's work, energy debt above which a bur slows down
+  static constexpr double free_debt = 3e-3;   // s of the motor's work, energy debt above which a bur is slowed down
   static constexpr double standing_debt = 12e-3;  // s of the motor's work, energy debt at which the bur stops
 };
 
-/// Limits for a hand that falls because the tissue under it is gone: the bur lands no faster than these (follow_fall).
+/// Limits for a hand that falls because the tissue under the bur was removed: they limit the speed at which the bur
+/// lands (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the hand's short-term mean velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
@@ -77,11 +80,12 @@ struct FallParameters {
 
 /// One-sided walls from soft to hard tissue (Wang 2009, "boundary walls").
 struct WallParameters {
-  static constexpr double felt_depth = 0.1e-3;  // m, depth up to which a head in harder tissue still meets the wall
+  static constexpr double felt_depth = 0.1e-3;  // m, depth in harder tissue up to which the wall still acts on a head
   static constexpr double border = 0.5;         // voxels on each side of a border whose samples may show either tissue
   static constexpr double least_power = 0.1;    // lower limit of the fraction of the power at a wall
-  static constexpr double from_ratio = 0.2;     // softer over harder specific energy below which a border is a wall
-  static constexpr int rounds = 4;              // limit of projections while planes at walls are made harder to cut
+  // ratio of the softer to the harder tissue's specific energy below which a border is a wall
+  static constexpr double from_ratio = 0.2;
+  static constexpr int rounds = 4;  // limit of projections after each of which planes at walls are made less yielding
 };
 
 /// Recovery of a tool inside tissue, and of a tool outside its patch.
@@ -89,56 +93,59 @@ struct RecoveryParameters {
   static constexpr double recovery_time = 6e-3;  // s, time constant with which the tool is led out of tissue
   static constexpr double least_overlap = 0.01;  // voxels of overlap below which the tool counts as outside
   static constexpr double patch_wait =
-      0.01;  // s that the tool waits at the end of its patch before the patch counts as late
-  // m from the patch's end over which the last contact's plane replaces a late patch
+      0.01;  // s, time that the tool may wait at the border of its patch before the patch counts as late
+  // m, distance from the patch's border up to which the last contact's plane has its full force
   static constexpr double bridge_reach = 5e-3;
-  // N above the last contact's push, limit of the push of a plane that replaces a late patch.
+  // N, amount by which the force of a plane that replaces a late patch may exceed the last contact's force.
   static constexpr double bridge_yield = 0.5;
-  // s, limit for a plane that replaces a missing patch; only with version 1 of the force laws
+  // s, longest use of a plane that replaces a missing patch; only with version 1 of the force laws
   static constexpr double bridge_time_of_laws_1 = 0.5;
   static constexpr double rejoin_time = 0.3;  // s, duration of the return from a bridging plane to the surface
 };
 
-/// A proxy held by its contacts is led back along its path if the hand has left. These are the conditions.
+/// Conditions for the retreat: if the hand has moved away from a proxy that its contacts hold, the proxy is led back
+/// along its path.
 struct RetreatParameters {
-  static constexpr double far = 2e-3;      // m from proxy to hand above which the hand may have left
-  static constexpr double still = 0.3e-3;  // m of motion below which the proxy counts as held
-  // m from proxy to hand above which the hand has left: nobody presses so far at 1 N/mm
+  static constexpr double far = 2e-3;      // m, distance from proxy to hand above which the hand may have moved away
+  static constexpr double still = 0.3e-3;  // m, motion below which the proxy counts as held
+  // m, distance from proxy to hand above which the hand has certainly moved away: nobody presses so far at 1 N/mm
   static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;  // s that the proxy must be held before it is led back
+  static constexpr double patience = 0.3;  // s, time that the proxy must be held before it is led back
   static constexpr double report_after =
-      1;  // s that the proxy must be held before a fault reports that no way back was found
-  // m by which a point on the path must be nearer to the hand than the proxy
+      1;  // s, time that the proxy must be held before a fault reports that no path back was found
+  // m, a point of the path must be nearer to the hand than the proxy by this distance
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;       // N/s, limit of the force's change while the proxy is led back
-  static constexpr double outside = 1e-3;  // m between head and tissue above which the path starts anew
-  static constexpr double look_step = 1;   // voxels between two samples along the line to the hand
+  static constexpr double outside = 1e-3;  // m, distance between head and tissue above which a new path begins
+  static constexpr double look_step = 1;   // voxels, distance between two samples along the line to the hand
 };
 
 /// Updates of the coarse patch, which the shank touches.
 struct CoarseParameters {
-  static constexpr double cut_step = 0.2;  // coarse voxels that the head moves between two cuts in the coarse patch
+  static constexpr double cut_step = 0.2;  // coarse voxels, motion of the head between two cuts in the coarse patch
 };
 
 /// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s, filling time; the volume of this time may wait for room, and a larger volume is lost
+  // s, filling time: the volume of this time may wait until it can be placed; a larger volume is lost
   static constexpr double waits = 0.05;
   static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
-  static constexpr double look_step = 0.25;   // voxels between two samples in the search for tissue to fill on
-  static constexpr double step = 0.25;        // voxels, growth of a dome per tick that is always allowed
-  static constexpr double most_step = 1;      // voxels, upper limit of a small dome's growth per tick
-  static constexpr double ahead = 0.01;       // s, filling time; a dome may grow in one tick by the volume of this time
+  // voxels, distance between two samples in the search for tissue to fill on
+  static constexpr double look_step = 0.25;
+  static constexpr double step = 0.25;    // voxels, growth of a dome per tick that is always allowed
+  static constexpr double most_step = 1;  // voxels, upper limit of a small dome's growth per tick
+  static constexpr double ahead = 0.01;   // s, filling time: a dome may grow in one tick by the volume of this time
   static constexpr double least_step = 1e-3;
   static constexpr double buried = 0.01;  // fraction of the dome's surface that must be free for it to grow on
   // Voxels, least distance to tissue, head and limit at a place that counts as open.
   static constexpr double open = 0.5;
   static constexpr double flows_on = 3;     // ratio of the search distance through filling to the instrument's reach
-  static constexpr double flow_step = 0.5;  // voxels between two samples along a ray
-  // limit of consecutive samples inside tissue on a ray; the voxels of a filled wall of this thickness are shared
+  static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
+  // limit of consecutive samples inside tissue on a ray, because the voxels at a filled wall contain both tissue and
+  // filling
   static constexpr int thin = 3;
   static constexpr int search_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
-  // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether a sample has room.
+  // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether filling fits at a sample.
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
   static constexpr std::size_t directions = 2048;  // number of rays along which filling searches for an open place
 };

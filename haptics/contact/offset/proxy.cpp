@@ -11,10 +11,11 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Friction cone on the god-object: a turning head that is pressed into tissue stays until the hand leads it sideways
-/// by more than the teeth grip. So the roughness of the cut surface does not shake the hand. Returns the target with
-/// the tangential part of the lag limited to the grip. `moved` is the hand's motion since the last tick. The tangential
-/// lag grows by `most` per tick at most, so that catching teeth do not stop the head abruptly.
+/// Friction cone on the god-object: a turning head that is pressed into tissue does not move sideways until the
+/// hand's lateral lag exceeds the grip of the teeth. So the roughness of the cut surface does not shake the hand.
+/// Returns the target with the tangential part of the lag limited to the grip. `moved` is the hand's motion since the
+/// last tick. The tangential lag grows by `most` per tick at most, so that teeth that catch do not stop the head
+/// abruptly.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -29,9 +30,9 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Largest allowed distance between the proxy's new position and start + `shift`, the position to which the hand would
-/// have carried the proxy. The result is `pace`, or slightly more than the least distance that `step` permits. So a
-/// fast sideways motion of the hand does not stop a head stuck in its hole from sinking.
+/// Largest allowed distance between the proxy's new position and start + `shift`, the position to which the hand
+/// would have carried the proxy. The result is `pace`, or slightly more than the least distance that `step` permits.
+/// So a head that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -53,12 +54,13 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Starts the tick. The overlap decays; the head leaves the tissue as fast as the hand may feel it.
+/// Starts the tick. The overlap decays at the rate at which the head may leave the tissue without a force step.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  s.fall_normal = dvec3(0);  // two separate assignments, because a common one would wait for its own store
+  // two separate assignments, because a chained assignment would wait for the value that it has just stored
+  s.fall_normal = dvec3(0);
   s.held_off = dvec3(0);
   s.active.count = 0;
   s.touching = s.lost = s.deep = s.bridging = s.late = false;
@@ -74,10 +76,10 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// If the tissue under the bur is gone, the hand falls and lands at the speed that it has gained, which is felt as a
-/// step. A fall is detected if the bur holds the hand up less than before while the hand moves ever faster against that
-/// push. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at a steady speed does
-/// not fall, however steep its path.
+/// If the tissue under the bur is gone, the hand falls and lands at the speed that it has gained, which causes a
+/// force step. A fall is detected if the tissue's push on the bur decreases while the hand's speed against this push
+/// increases. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at a steady
+/// speed does not fall, however steep its path.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -94,7 +96,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A speed error of one encoder count is no fall.
+  // A change of speed that one encoder count can cause is not a fall.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -185,7 +187,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // Between walls that the contacts at one place do not all show, the search may go to and fro without end.
+      // If the contacts at one position do not include all walls, the search may alternate between two positions
+      // without end.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -199,7 +202,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
-    // Sum of the steps still to come, if each is at most the same fraction of its predecessor.
+    // Estimated sum of the remaining steps, if each is at most the same fraction of its predecessor.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
@@ -293,7 +296,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // If the hand falls, the head goes down with a plane that sinks at the allowed speed.
+  // If the hand falls, the head follows a plane that sinks at the allowed speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -360,15 +363,16 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
 }
 
 /// The fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has delivered, a
-/// pushed bur waits until this debt is paid. A sharp rim in a pit too shallow for its wall to be felt also waits.
+/// pushed bur waits until this debt is paid. A bur with a sharp rim also waits in a pit that is too shallow for its
+/// wall to be detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// True if the seated ball overlaps no holding plane by more than a tolerance; the tolerance is smaller for a plane of
-/// another wall.
+/// True if the ball placed on the wall overlaps no holding plane by more than a tolerance; the tolerance is smaller
+/// for a plane of another wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -380,11 +384,11 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Moves a bur whose force must change without a step. Of the positions at most `most` away from `carried`, where the
-/// hand would carry the bur, it takes the one nearest to the hand. Leading the bur to a point between `carried` and the
-/// hand yields this position: the lag only becomes shorter, so a bur that comes over a rim first lands and then catches
-/// up. `next` contains on entry the position where the contacts alone hold the bur, and on return the new position.
-/// Returns the point to which the bur is led.
+/// Moves a bur whose force must change without a step. Chooses the position nearest to the hand among the positions
+/// at most `most` away from `carried`, to which the hand would carry the bur. This position is found by leading the
+/// bur to a point between `carried` and the hand: the lag only becomes shorter, so a bur that comes over a rim first
+/// lands and then catches up. `next` contains on entry the position at which the contacts alone hold the bur, and on
+/// return the new position. Returns the point to which the bur is led.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -398,8 +402,8 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// The fraction of its power with which the head cuts at this plane: softer over harder specific energy if the head
-/// comes from softer tissue and touches much harder tissue, otherwise 1.
+/// The fraction of its power with which the head cuts at this plane. If the head comes from softer tissue and touches
+/// much harder tissue, it is the ratio of the softer to the harder tissue's specific energy, otherwise 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -480,7 +484,7 @@ bool OffsetModel::lead_back() noexcept {
   return true;
 }
 
-/// Records the path of a cutting tool and detects that the hand has left a proxy that does not follow.
+/// Records the path of a cutting tool and detects that the hand has moved away from a proxy that does not follow.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
   retreat_.wedged = false;
@@ -502,8 +506,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// True if the head has room on the straight line to the hand, as far as the patch extends; a hand that presses into
-/// tissue leaves no room there. Also true if the hand is too far away to be pressing.
+/// True if the head can move on the straight line to the hand without touching tissue, as far as the patch extends;
+/// if the hand presses into tissue, it cannot. Also true if the hand is too far away to be pressing.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -536,7 +540,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          p.pace_per_slew / in.dt;  // voxels
+                          // voxels, largest distance by which the plane holds the head away from the hand
+                          p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }
     p.c = under > 0 ? p.target + under * in.normal : p.target;

@@ -62,7 +62,8 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   if (strokes_edited) emptied_ = false;
   if (!known) front_.forget();
-  coarse_front_.forget();  // the coarse patch was cut in other steps than the volume that the fresh one comes from
+  // the coarse patch was cut in other steps than the volume from which the fresh patch is copied
+  coarse_front_.forget();
   smooth().forget();
 }
 

@@ -26,7 +26,8 @@ class NonCuttingContacts {
   NonCuttingContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
-  /// Distance that the tool may move or turn from X_VT before its shank can touch tissue. Valid only if it is positive.
+  /// Distance in voxels that the tool's points may move from X_VT before the shank can touch tissue. Valid only if it
+  /// is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
   /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They allow no slack.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
