@@ -97,8 +97,9 @@ TEST(ToothRowTest, AFormIsSolidFromItsRootToItsCuspsAndItsDistanceIsNoSteeperTha
       const dvec3 p = form.low() + size * dvec3(unit(random), unit(random), unit(random));
       const dvec3 step = 0.05e-3 * glm::normalize(dvec3(unit(random), unit(random), unit(random)) - 0.5);
       steep += std::abs(form.distance(p + step) - form.distance(p)) > 1.6 * 0.05e-3;
-      if (glm::any(glm::lessThan(p, form.low() + 1e-5)) || glm::any(glm::greaterThan(p, form.high() - 1e-5)))
+      if (glm::any(glm::lessThan(p, form.low() + 1e-5)) || glm::any(glm::greaterThan(p, form.high() - 1e-5))) {
         EXPECT_GT(form.distance(p), 0);
+      }
     }
     EXPECT_LT(steep, 60);  // at the grooves
   }

@@ -318,7 +318,7 @@ void run(const Options& options) {
   }
   if (options.geometry) {
     for (const SurroundingMesh& mesh : around.meshes) geometry.add(mesh.id, mesh.bricks, mesh.origin);
-    if (stage_options.tool) geometry.add(stage.drawn_tool(), tick.X_WG, tick.spindle > 0 ? 1.0f : 0.0f);
+    if (stage_options.tool) geometry.add(stage.tool_triangles(), tick.X_WG, tick.spindle > 0 ? 1.0f : 0.0f);
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }

@@ -192,8 +192,8 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
   renderer_->set_tool(drawn.tool, drawn.handpiece);
 }
 
-render::ToolMesh PictureStage::drawn_tool() const {
-  return typodont::drawn_tool(tool(), servo_.spindle, options_.handpieces, shown_placed_).tool;
+render::ToolMesh PictureStage::tool_triangles() const {
+  return drawn_tool(tool(), servo_.spindle, options_.handpieces, shown_placed_).tool;
 }
 
 PictureStage::~PictureStage() {

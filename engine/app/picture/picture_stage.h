@@ -124,7 +124,7 @@ class PictureStage {
   const render::Quality& quality() const { return options_.quality; }
 
   /// The triangles of the drawn tool without its handpiece, and the lamp.
-  render::ToolMesh drawn_tool() const;
+  render::ToolMesh tool_triangles() const;
   render::Lights lights() const { return look().lights; }
 
   /// The last frame's picture of one eye (0 left, 1 right), without text.

@@ -72,7 +72,7 @@ class Side {
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
     player_.smooth_to(detail_->tolerance());
     if (player_.scene().needs("debris"))
-      debris_.emplace(servo().materials, player_.tissue(), water_of(player_.scene(), around));
+      debris_.emplace(servo().materials, player_.tissue(), water_of(player_.scene(), around_));
   }
 
   void show_as(const std::string& view) {
