@@ -1,6 +1,6 @@
 // The film of water and slurry on the surfaces: how it changes the look of the tissue below. Include after frame.glsl.
 
-layout(constant_id = 7) const bool kFilm = false;  // false: the picture has no film, and its code is compiled out
+layout(constant_id = 9) const bool kFilm = false;  // false: the picture has no film, and its code is compiled out
 layout(set = 0, binding = 4) uniform sampler3D film_grid;
 
 /// The film at a point: x: water, 1 − exp(−height / 80 µm); y: opacity of the solids; z: their colour, 0 enamel,

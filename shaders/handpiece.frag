@@ -4,35 +4,37 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 #include "metal.glsl"
+#include "filtered.glsl"
 
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec3 in_normal;
-layout(location = 2) in vec3 in_around;
-layout(location = 3) in vec3 in_color;
-layout(location = 4) in vec4 in_look;
-layout(location = 5) in vec3 in_grip;
+layout(location = 0) centroid in vec3 in_position;
+layout(location = 1) centroid in vec3 in_normal;
+layout(location = 2) centroid in vec3 in_around;
+layout(location = 3) centroid in vec3 in_color;
+layout(location = 4) centroid in vec4 in_look;
+layout(location = 5) centroid in vec3 in_grip;
 layout(location = 0) out vec4 out_color;
 
 const float kKnurlPitch = 0.9e-3;  // m, same value as in engine/render/handpiece_mesh.h
+layout(constant_id = 6) const bool kKnurl = true;  // false: the picture is too coarse for a knurl
+
 const float kKnurlSlope = 0.5;     // largest slope of the knurl's pyramids
 
 void main() {
-  // Dither as in tool.frag.
+  // Dither as in tool.frag. Pixels are discarded at the end, because the derivatives below need their neighbours.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
-  if (noise < object.view.y) discard;
+  bool left_out = noise < object.view.y;
   vec3 eye = frame.eye[VIEW].xyz;
   if (object.view.z > 0.0) {
     // Leave out the part of the handpiece in the cone between the eye and the working point.
     vec3 sight = frame.tool_head.xyz - eye, q = in_position - eye;
     float t = dot(q, sight) / dot(sight, sight), miss = length(q - t * sight) / max(t, 1e-6);
-    if (t < 1.0 && miss < object.view.z * (0.94 + 0.06 * noise)) discard;
+    if (t < 1.0 && miss < object.view.z * (0.94 + 0.06 * noise)) left_out = true;
   }
   vec3 n = normalize(in_normal), v = normalize(eye - in_position), groove = normalize(in_around - n * dot(n, in_around));
   float rough = in_look.x, brushed = in_look.y;
   // The knurl: two sets of grooves at ±45°. Where a pitch is smaller than two pixels, the grooves become roughness.
-  vec2 place = in_grip.xy / kKnurlPitch;
-  vec2 footprint = fwidth(place);
-  if (in_grip.z > 0.0) {
+  if (kKnurl) {
+    vec2 place = in_grip.xy / kKnurlPitch, footprint = fwidth(place);
     float seen = in_grip.z * (1.0 - smoothstep(0.2, 0.5, max(footprint.x, footprint.y)));
     vec2 phase = 2.0 * kPi * vec2(place.x + place.y, place.x - place.y);
     vec2 slope = kKnurlSlope * sin(phase);
@@ -40,12 +42,15 @@ void main() {
     n = normalize(n + seen * (along * (slope.x + slope.y) + groove * (slope.x - slope.y)));
     groove = normalize(groove - n * dot(n, groove));
     rough = mix(rough, 0.6, in_grip.z * (1.0 - seen));
-    brushed *= 1.0 - in_grip.z;
+  } else {
+    rough = mix(rough, 0.6, in_grip.z);
   }
-  vec3 color;
-  if (in_look.z > 0.5)
-    color = brushed_metal(n, v, groove, brushed, rough, in_color);
-  else
-    color = shade(n, n, v, Look(in_color, rough, 0.0, 0.0, 0.0), vec2(1.0));
+  brushed *= 1.0 - in_grip.z;
+  rough = filtered_roughness(rough, n);
+  // Plastic reflects a twentieth of the light like metal, and the rest diffusely.
+  float metal = in_look.z;
+  vec3 color = brushed_metal(n, v, groove, brushed, rough, mix(vec3(0.05), in_color, metal));
+  color += (1.0 - metal) * in_color * (0.8 * frame.up.w + 0.3183 * frame.key.w * max(dot(n, frame.key.xyz), 0.0));
+  if (left_out) discard;
   out_color = vec4(tone_map(color + in_look.w * in_color), 1.0);
 }

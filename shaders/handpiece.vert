@@ -11,12 +11,12 @@ layout(location = 4) in vec3 in_color;
 layout(location = 5) in vec4 in_look;  // roughness, brushed, metal, glow
 layout(location = 6) in vec3 in_grip;  // m along the path, m around the part; z: depth of the knurl
 
-layout(location = 0) out vec3 out_position;
-layout(location = 1) out vec3 out_normal;
-layout(location = 2) out vec3 out_around;
-layout(location = 3) out vec3 out_color;
-layout(location = 4) out vec4 out_look;
-layout(location = 5) out vec3 out_grip;
+layout(location = 0) centroid out vec3 out_position;
+layout(location = 1) centroid out vec3 out_normal;
+layout(location = 2) centroid out vec3 out_around;
+layout(location = 3) centroid out vec3 out_color;
+layout(location = 4) centroid out vec4 out_look;
+layout(location = 5) centroid out vec3 out_grip;
 
 vec3 in_world(vec4 p) {
   return vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));

@@ -20,7 +20,7 @@ const float kToolShadowReach = 10e-3;  // m, longest shadow of the tool; same va
 // ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it casts no shadow,
 // because the lamp is wide.
 float passes(float way, float miss, float radius) {
-  float soft = 0.08e-3 + 0.12 * max(way, 0.0);
+  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
   float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
   return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
 }
@@ -37,6 +37,35 @@ float tool_shadow(vec3 p) {
   vec3 k = c + s * d;
   float way = dot(k, l);
   return min(head, passes(way, length(k - way * l), frame.tool_end.w));
+}
+
+const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
+
+// Fraction of the lamp's light that passes a sphere of changing radius swept from a to b. A bar that is thinner than the
+// penumbra hides only a part of the lamp.
+float passes_cone(vec3 p, vec4 a, vec4 b) {
+  vec3 l = frame.key.xyz, c = a.xyz - p, d = b.xyz - a.xyz;
+  float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
+  float s = across > 1e-12 ? clamp((dl * dot(c, l) - dot(d, c)) / across, 0.0, 1.0) : 0.0;
+  vec3 k = c + s * d;
+  float way = dot(k, l), miss = length(k - way * l), radius = mix(a.w, b.w, s);
+  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
+  float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
+  return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kHandpieceReach, kHandpieceReach, way));
+}
+
+float handpiece_shadow(vec3 p) {
+  if (!kHandpieceShadow) return 1.0;
+  return passes_cone(p, frame.handpiece[0], frame.handpiece[1]) * passes_cone(p, frame.handpiece[2], frame.handpiece[3]);
+}
+
+// Light of the lamp's rectangular spot: 1 inside, 0 outside, with a soft border.
+float spot_light(vec3 p) {
+  if (!kSpot) return 1.0;
+  vec3 q = p - frame.lamp_middle.xyz;
+  vec2 at = abs(vec2(dot(q, frame.lamp_right.xyz), dot(q, cross(frame.key.xyz, frame.lamp_right.xyz))));
+  vec2 lit = 1.0 - smoothstep(vec2(-0.5), vec2(0.5), (at - frame.lamp.zw) / frame.lamp.y);
+  return lit.x * lit.y;
 }
 
 // m, limit: at a larger distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
@@ -98,7 +127,9 @@ vec2 tissue_visibility(vec3 p, vec3 n) {
   return result;
 }
 
-vec2 visibility(vec3 p, vec3 n) { return tissue_visibility(p, n) * vec2(tool_shadow(p), tool_occlusion(p, n)); }
+vec2 visibility(vec3 p, vec3 n) {
+  return tissue_visibility(p, n) * vec2(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n));
+}
 
 float fifth_power(float x) {
   float x2 = x * x;

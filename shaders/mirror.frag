@@ -12,6 +12,13 @@ layout(location = 0) out vec4 out_color;
 void main() {
   vec2 size = vec2(textureSize(reflection, 0).xy);
   vec2 at = gl_FragCoord.xy / size;
+  if (frame.mirror.z < 1.0) {
+    // A concave mirror magnifies the reflected scene about the middle of the glass.
+    vec4 middle = frame.clip_from_world[VIEW] *
+                  vec4(object.world_row[0].w, object.world_row[1].w, object.world_row[2].w, 1.0);
+    vec2 center = 0.5 + 0.5 * middle.xy / middle.w;
+    at = center + frame.mirror.z * (at - center);
+  }
   float r = length(in_place), fog = clamp(frame.mirror.y, 0.0, 1.0);
   // Breath on the glass clears unevenly, and last in the middle.
   vec2 q = in_place * 3.0;

@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "lighting.glsl"
+#include "filtered.glsl"
 #include "tooth.glsl"
 #include "gum.glsl"
 #include "film.glsl"
@@ -96,7 +97,9 @@ void main() {
     return;
   }
   if (kLightPerVertex) {
-    vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * spot(dot(n, in_half_way), in_lamp.w);
+    // The highlight keeps its energy when it is widened.
+    float width = filtered_width(in_lamp.w, n);
+    vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
     out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
     return;
   }

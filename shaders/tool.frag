@@ -4,6 +4,7 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 #include "metal.glsl"
+#include "filtered.glsl"
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;
@@ -12,7 +13,19 @@ layout(location = 3) in vec3 in_look;
 layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
 
-// Polished metal lit by the room. The tissue casts shadows on it. It casts no shadow on itself.
+layout(location = 5) in vec3 in_place;
+
+// Same values as Finish in engine/render/tool_mesh.h.
+const float kBrushed = 1.0, kGrit = 2.0;
+const float kGrain = 0.10e-3;  // m, diamonds of a medium bur
+
+vec3 hash3(vec3 p) {
+  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
+  p += dot(p, p.yxz + 33.33);
+  return fract((p.xxy + p.yxx) * p.zyx);
+}
+
+// Metal lit by the room. The tissue casts shadows on it. It casts no shadow on itself.
 void main() {
   // A partly transparent tool is dithered by interleaved gradient noise (Jimenez 2014), so that its triangles need no
   // sorting.
@@ -20,13 +33,23 @@ void main() {
   if (noise < object.view.y) discard;
   vec3 n = normalize(in_normal.xyz);
   vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
-  float rough = in_look.x;
-  vec2 light = kLightPerVertex ? in_light : tissue_visibility(in_position + 0.3e-3 * frame.key.xyz, n);
-  vec3 r = reflect(-v, n);
-  vec3 color = in_color.rgb * (metal_room(r, rough) + 0.10 * frame.key.w * max(dot(n, frame.key.xyz), 0.0));
-  vec3 h = normalize(frame.key.xyz + v);
-  float a = rough * rough, d = pow(max(dot(n, h), 0.0), 2.0) * (a * a - 1.0) + 1.0;
-  color += in_color.rgb * frame.key.w * 0.10 * a * a / (d * d) / max(a, 0.05);
+  vec3 axis = vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z);
+  vec3 around = cross(axis, n);
+  vec3 groove = normalize(around + 1e-4 * vec3(1.0, 0.7, 0.3));
+  groove = normalize(groove - n * dot(n, groove));
+  vec3 tint = in_color.rgb;
+  if (in_look.y > 0.5 * (kBrushed + kGrit)) {
+    // Diamonds in nickel: each grain has a facet of its own. Grains smaller than two pixels, and grains blurred by
+    // rotation, become the roughness of the bur.
+    vec3 q = in_place / kGrain;
+    float seen = (1.0 - smoothstep(0.25, 0.6, length(fwidth(q)))) * (1.0 - in_look.z);
+    vec3 facet = hash3(floor(q));
+    n = normalize(n + 1.1 * seen * (facet - 0.5));
+    tint *= mix(1.0, mix(0.55, 1.25, facet.x), seen);
+  }
+  float brushed = abs(in_look.y - kBrushed) < 0.5 ? smoothstep(0.0, 0.3, length(around)) : 0.0;
+  vec2 light = kLightPerVertex ? in_light : tissue_visibility(in_position + 0.3e-3 * frame.key.xyz, normalize(in_normal.xyz));
+  vec3 color = brushed_metal(n, v, groove, brushed, filtered_roughness(in_look.x, n), tint);
   color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);
   out_color = vec4(tone_map(color), 1.0);
 }

@@ -9,13 +9,14 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec3 in_look;  // x: 1 if it rotates with the spindle; y: roughness; z: 1 on a depth mark
+layout(location = 4) in vec4 in_look;  // x: 1 if it rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
 layout(location = 2) out vec4 out_color;
-layout(location = 3) out vec3 out_look;
+layout(location = 3) out vec3 out_look;  // roughness, Finish, blur
 layout(location = 4) out vec2 out_light;
+layout(location = 5) out vec3 out_place;  // m, position in the mesh
 
 void main() {
   // At fast rotation the flutes are blurred into their hull. At slow rotation they turn.
@@ -41,7 +42,8 @@ void main() {
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
-  out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
+  out_look = vec3(mix(in_look.y, 0.38, blur), in_look.w, blur);
+  out_place = in_hull_position;
   // The tool receives shadows of the tissue. The lookup is displaced towards the lamp, away from the touched surface.
   out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz) : vec2(1.0);
 }

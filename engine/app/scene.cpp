@@ -105,7 +105,7 @@ DrawnAs read_drawn_as(const Json& json) {
 }  // namespace
 
 MouthMirror read_mouth_mirror(const Json& json) {
-  json.allow_only({"translation_mm", "rotation_wxyz", "normal", "diameter_mm", "fog"});
+  json.allow_only({"translation_mm", "rotation_wxyz", "normal", "diameter_mm", "fog", "focal_mm"});
   MouthMirror mirror;
   mirror.X_WM.p = json["translation_mm"].vec3() * kMillimetre;
   if (json.has("normal") && json.has("rotation_wxyz")) json.fail("both normal and rotation_wxyz", "one of them");
@@ -121,6 +121,7 @@ MouthMirror read_mouth_mirror(const Json& json) {
   }
   mirror.diameter = json.number_or("diameter_mm", kDefaultMirrorDiameter / kMillimetre, 1, 60) * kMillimetre;
   mirror.fog = json.number_or("fog", 0, 0, 1);
+  if (const auto focal = json.find("focal_mm")) mirror.focal = focal->number(30, 1000) * kMillimetre;
   return mirror;
 }
 

@@ -63,7 +63,7 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file, const Sce
 /// Path of the scene's volume; empty if the tissue is made of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
-/// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
+/// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog", "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
 /// Loads or samples the initial tissue of the scene and paints into it. Ignores `resume`: load_tissue() in

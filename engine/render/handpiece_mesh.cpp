@@ -15,9 +15,8 @@ namespace {
 
 using glm::dvec2;
 
-constexpr double kSide = 0.9e-3;  // m, wanted length of a side around a part
-constexpr int kLeastAround = 8, kMostAround = 28;
-constexpr double kSmoothStep = 2.5e-3;       // m, wanted distance between rings of a smooth path
+constexpr int kLeastAround = 8, kMostAround = 40;
+constexpr double kLongStep = 2;              // distance between rings of a smooth path over the length of a side
 constexpr double kSharp = 35 * kDegree;      // rad, a larger angle between two pieces of the outline is an edge
 constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB
@@ -35,7 +34,7 @@ double through(double a, double b, double c, double d, double t) {
 
 /// The part's rings with positions along the path, and with additional rings: on smooth curves, and at the ends of
 /// bands and of the knurl.
-std::vector<Ring> rings_of(const HandpiecePart& part) {
+std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   std::vector<Ring> fine;
   const auto& given = part.rings;
   const auto take = [&](double x, double z, double radius) {
@@ -47,7 +46,7 @@ std::vector<Ring> rings_of(const HandpiecePart& part) {
     if (!part.smooth || i + 1 == given.size()) continue;
     const HandpieceRing &a = given[i ? i - 1 : 0], &b = given[i], &c = given[i + 1],
                         &d = given[std::min(i + 2, given.size() - 1)];
-    const int steps = std::clamp(static_cast<int>(std::hypot(c.x - b.x, c.z - b.z) / kSmoothStep), 1, 6);
+    const int steps = std::clamp(static_cast<int>(std::hypot(c.x - b.x, c.z - b.z) / (kLongStep * side)), 1, 5);
     for (int k = 1; k < steps; ++k) {
       const double t = static_cast<double>(k) / steps;
       take(through(a.x, b.x, c.x, d.x, t), through(a.z, b.z, c.z, d.z, t),
@@ -72,15 +71,15 @@ std::vector<Ring> rings_of(const HandpiecePart& part) {
   return out;
 }
 
-/// Adds one copy of a part, turned about z by `turn` (rad).
-void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn) {
-  const std::vector<Ring> rings = rings_of(part);
+/// Adds one copy of a part, turned about z by `turn` (rad). `side`: m.
+void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, double side) {
+  const std::vector<Ring> rings = rings_of(part, side);
   double widest = 0, off_axis = 0;
   for (const Ring& r : rings) {
     widest = std::max(widest, r.radius);
     off_axis = std::max(off_axis, std::abs(r.x));
   }
-  const int around = std::clamp(static_cast<int>(std::lround(2 * kPi * widest / kSide)), kLeastAround, kMostAround);
+  const int around = std::clamp(static_cast<int>(std::lround(2 * kPi * widest / side)), kLeastAround, kMostAround);
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
@@ -179,11 +178,11 @@ RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
 
 }  // namespace
 
-HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece) {
+HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece, double side) {
   HandpieceMesh mesh;
   std::vector<HandpieceRing> head, body;
   for (const HandpiecePart& part : handpiece.parts) {
-    for (int k = 0; k < part.repeat; ++k) add_part(mesh, part, 2 * kPi * k / part.repeat);
+    for (int k = 0; k < part.repeat; ++k) add_part(mesh, part, 2 * kPi * k / part.repeat, side);
     if (part.repeat > 1) continue;
     const bool about_axis = std::all_of(part.rings.begin(), part.rings.end(), [](const auto& r) { return r.x == 0; });
     auto& rings = about_axis ? head : body;

@@ -40,7 +40,7 @@ inline constexpr double kKnurlPitch = 0.9e-3;
 /// Triangles of every handpiece stay below this number; a file with more is refused (Error).
 inline constexpr std::size_t kMostHandpieceTriangles = 30'000;
 
-/// Throws Error if the handpiece has too many triangles.
-HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece);
+/// `side`: m, wanted length of the triangles' sides. Throws Error if the handpiece has too many triangles.
+HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece, double side);
 
 }  // namespace typodont::render

@@ -16,17 +16,19 @@ struct Quality {
   double scale = 1.0;             // drawn width divided by shown width; below 1 the picture is stretched
   // largest distance of the triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
   double surface_error = 0.4;
+  double handpiece_side = 0.5e-3;  // m, length of a triangle's side on a handpiece
+  bool handpiece_shadow = false;   // the handpiece casts a shadow on tissue
 };
 
 /// The best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
-    {"high", 4, 2048, 16, 16, false, 1.0, 0.4},
-    {"medium", 4, 1024, 8, 8, true, 1.0, 0.4},
-    {"low", 1, 1024, 8, 8, true, 1.0, 1.0},
-    {"fast", 1, 512, 6, 6, true, 0.6, 1.25},
-    {"fastest", 1, 512, 4, 4, true, 0.4, 1.25},
-    {"coarse", 1, 512, 2, 2, true, 0.3, 1.5},
-    {"bare", 1, 0, 0, 0, true, 0.3, 1.5},
+    {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true},
+    {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},
+    {"low", 1, 1024, 8, 8, true, 1.0, 1.0, 1.5e-3},
+    {"fast", 1, 512, 6, 6, true, 0.6, 1.25, 2.5e-3},
+    {"fastest", 1, 512, 4, 4, true, 0.4, 1.25, 3e-3},
+    {"coarse", 1, 512, 2, 2, true, 0.3, 1.5, 4e-3},
+    {"bare", 1, 0, 0, 0, true, 0.3, 1.5, 4e-3},
 }};
 
 }  // namespace typodont::render

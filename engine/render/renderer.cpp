@@ -45,6 +45,7 @@ struct Renderer::Impl {
   SurfacePass surface;
   ToolPass tool;
   ToolBody tool_body;
+  Handpiece handpiece;
   HandpieceBody handpiece_body;
   MirrorPass mirror;
   BackgroundPass background;
@@ -59,6 +60,7 @@ struct Renderer::Impl {
   // Data of the last frame. If the data of the new frame are equal, nothing moved.
   int last_views = 0;
   shared::FrameData last_data{};
+  glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
   ToolState last_tool;
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
@@ -148,12 +150,19 @@ struct Renderer::Impl {
 
   shared::FrameData data_of(const Frame& frame) const {
     shared::FrameData data =
-        frame_data_of(frame, context.quality, looks, tool_body, targets.pictures.options.size, bounds);
+        frame_data_of(frame, context.quality, looks, tool_body, handpiece_body, targets.pictures.options.size, bounds);
     if (film.on()) {
       data.film_origin = glm::vec4(glm::dvec4(film.grid.origin, 1 / film.grid.spacing));
       data.film_size = glm::vec4(glm::dvec4(film.grid.size, 0));
     }
     return data;
+  }
+
+  /// The effects that this scene needs; the others are compiled out.
+  SurfaceEffects effects() const {
+    return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.index_count > 0,
+            .spot = frame_lamp.y > 0,
+            .film = film.on()};
   }
 
   bool same_particles(const Frame& frame) const {
@@ -195,6 +204,7 @@ struct Renderer::Impl {
     if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
     if (bounds) stats.pixel = pixel_nearest(frame, {bounds->lo, bounds->hi}, targets.pictures.options.size.width);
     const shared::FrameData data = data_of(frame);
+    frame_lamp = data.lamp;
     stats.views = frame.views;
     stats.bricks_uploaded = bricks.uploaded;
     stats.bytes_uploaded = bricks.uploaded_bytes;
@@ -257,7 +267,8 @@ struct Renderer::Impl {
 
     shared::FrameData now = data, before = last_data;
     for (shared::FrameData* d : {&now, &before})
-      d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = glm::vec4(0);
+      d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
+          d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // Redraw everything in three cases: for a headset, because its eyes always move; for glass, because it must be
@@ -330,9 +341,10 @@ struct Renderer::Impl {
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), false, seen);
+      draw_handpiece(commands, mirrored.tool, view, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), true, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
       ++stats.mirror_passes;
@@ -344,17 +356,21 @@ struct Renderer::Impl {
     stats.mirror_triangles = seen.triangles;
   }
 
-  /// Draws the tool and its handpiece.
+  void make_handpiece() { handpiece_body.set(device, make_handpiece_mesh(handpiece, context.quality.handpiece_side)); }
+
   void draw_tool(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // Radius of the opening around the working point: the head and a margin in which the cut is seen.
-    constexpr double kSeenBeside = 2.2e-3;  // m
     push_view(commands, context.layout, view, 1 - state.opacity);
     tool.record(context, commands, tool_body, state.X_WG, stats);
-    if (handpiece_body.index_count) {
-      push_view(commands, context.layout, view, 1 - state.opacity,
-                state.open ? tool_body.head_radius + kSeenBeside : 0);
-      tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
-    }
+    push_view(commands, context.layout, view);
+  }
+
+  /// Call before the tissue is drawn: the handpiece hides much of it, and hidden tissue is not shaded.
+  void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
+    // Radius of the opening around the working point: the head and a margin in which the cut is seen.
+    constexpr double kSeenBeside = 2.2e-3;  // m
+    if (!state.visible || !handpiece_body.index_count) return;
+    push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
+    tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
     push_view(commands, context.layout, view);
   }
 
@@ -446,7 +462,8 @@ struct Renderer::Impl {
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, film.on(), false, stats);
+      draw_handpiece(commands, frame.tool, view, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
@@ -454,7 +471,7 @@ struct Renderer::Impl {
       }
       // A partial redraw draws a black background, too, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, film.on(), true, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
       targets.end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
@@ -516,10 +533,11 @@ void Renderer::cover(MeshId mesh, const glm::dvec4& beyond) {
   ++impl_->bricks.order;
 }
 
-void Renderer::set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece) {
+void Renderer::set_tool(const ToolMesh& tool, const Handpiece& handpiece) {
   vkDeviceWaitIdle(impl_->device.device);
   impl_->tool_body.set(impl_->device, tool);
-  impl_->handpiece_body.set(impl_->device, handpiece);
+  impl_->handpiece = handpiece;
+  impl_->make_handpiece();
   ++impl_->settings_version;
 }
 
@@ -543,6 +561,7 @@ void Renderer::resize(glm::ivec2 size) {
 void Renderer::set_quality(const Quality& quality) {
   vkDeviceWaitIdle(impl_->device.device);
   impl_->context.quality = quality;
+  impl_->make_handpiece();
   impl_->shadow.destroy(impl_->device);
   impl_->shadow.create_map(impl_->context);
   impl_->shadow_version = 0;

@@ -121,7 +121,12 @@ struct Lights {
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
   dvec3 window{0, 0, 0};         // unit, towards the window that glossy surfaces reflect; zero: beside the lamp
   double key_strength = 4.0;
-  double ambient = 1.0;  // strength of the room's light
+  // The lamp: a spot with a soft border at the working tooth, as dental lamps have at 0.7 m
+  glm::dvec2 spot{0.15, 0.08};  // m, sides of the spot, the first one horizontal; at the sides half the light arrives
+  double spot_border = 0.025;   // m, width of the border from full light to none
+  double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
+  double lamp_distance = 0.7;   // m, from the working tooth
+  double ambient = 1.0;         // strength of the room's light
 };
 
 /// Unit vector towards the window.
@@ -188,8 +193,8 @@ class Renderer {
   /// completely where dot(beyond, (p_W, 1)) < 0. View::kLook and kDifference do not draw them until they change. Zero:
   /// no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// `handpiece`: what holds the tool; an empty mesh: nothing.
-  void set_tool(const ToolMesh& tool, const HandpieceMesh& handpiece = {});
+  /// `handpiece`: what holds the tool; without parts: nothing. Throws Error if it has too many triangles.
+  void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
   /// Sets the grid of the film on the surfaces, without film; size 0: no film, which costs nothing.
   void set_film(const FilmGrid& grid);
   /// Copies these boxes of the film from an array of the whole grid (index (x·size.y + y)·size.z + z).

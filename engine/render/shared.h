@@ -34,7 +34,12 @@ struct FrameData {
   vec4 section;           // clip plane for tissue only, as `clip`
   vec4 cursor;            // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
   vec4 cursor_down;       // xyz: unit direction of the line
-  vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
+  vec4 mirror;            // x: the mouth mirror's radius, m; y: fog; z: 1 over the magnification
+  vec4 handpiece[4];      // round cones that cast the handpiece's shadow: head a, b, body a, b; xyz: m; w: radius, m
+  vec4 lamp;              // x: half the lamp's width over its distance; y: width of the spot's soft border, m; zw: half
+                          // sizes of the spot, m
+  vec4 lamp_middle;       // xyz: middle of the spot, m
+  vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   vec4 tissue_look[16];   // roughness, metal, wetness
   vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m

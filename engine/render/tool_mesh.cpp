@@ -35,8 +35,8 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
 /// Adds a surface of revolution: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
 /// `marked` returns true if a ring at z is dark.
 template <class Cut, class Marked>
-void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut,
-               Marked&& marked) {
+void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Finish finish,
+               Cut&& cut, Marked&& marked) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto point = [&](std::size_t ring, int corner, bool fluted) {
     const double angle = 2 * kPi * corner / around_count;
@@ -58,7 +58,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
     for (int corner = 0; corner < around_count; ++corner)
       mesh.vertices.push_back({glm::vec3(point(ring, corner, true)), glm::vec3(normal(ring, corner, true)),
                                glm::vec3(point(ring, corner, false)), glm::vec3(normal(ring, corner, false)), 1.0f,
-                               rough, marked(profile[ring].y) ? 1.0f : 0.0f});
+                               rough, marked(profile[ring].y) ? 1.0f : 0.0f, static_cast<float>(finish)});
   for (std::size_t ring = 0; ring + 1 < profile.size(); ++ring)
     for (int corner = 0; corner < around_count; ++corner) {
       const auto a = first + static_cast<std::uint32_t>(ring * around_count + corner);
@@ -168,7 +168,8 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
 
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, float rough) {
   add_lathe(
-      mesh, profile, around, rough, [](double r, double, double) { return r; }, [](double) { return false; });
+      mesh, profile, around, rough, Finish::kBrushed, [](double r, double, double) { return r; },
+      [](double) { return false; });
 }
 
 ToolMesh make_tool_mesh(const ToolShape& shape) {
@@ -176,6 +177,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   const std::vector<dvec2> head = refined(shape);
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
   const double widest = std::max_element(head.begin(), head.end(), [](auto& a, auto& b) { return a.x < b.x; })->x;
+
+  mesh.blades = shape.flutes > 0 ? shape.flutes : 1;
 
   // Head: a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth along a helix.
   const auto cut = [&](double r, double z, double angle) {
@@ -201,13 +204,14 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     const double g = std::sin(37.0 * angle + 5100.0 * z / widest * 1e-3) * std::sin(41.0 * z / widest + 3.0 * angle);
     return r * (1 - 0.035 * (0.5 + 0.5 * g));
   };
-  add_lathe(mesh, head, kHeadAround, shape.diamond ? 0.75f : 0.24f, cut, [&](double z) {
-    return std::any_of(shape.marks.begin(), shape.marks.end(),
-                       [&](double mark) { return std::abs(z - mark) < kMark / 2; });
-  });
+  add_lathe(mesh, head, kHeadAround, shape.diamond ? 0.75f : 0.24f, shape.diamond ? Finish::kGrit : Finish::kPolished,
+            cut, [&](double z) {
+              return std::any_of(shape.marks.begin(), shape.marks.end(),
+                                 [&](double mark) { return std::abs(z - mark) < kMark / 2; });
+            });
 
   if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank
-    add_lathe(mesh, {{head.back().x, z1}, {0, z1}}, kHeadAround, 0.24f);
+    add_lathe(mesh, {{head.back().x, z1}, {0, z1}}, kHeadAround, 0.22f);
     return mesh;
   }
   // Neck and shank: a smooth taper, then the friction-grip cylinder with a rounded end.

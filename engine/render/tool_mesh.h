@@ -31,6 +31,9 @@ bool has_own_look(std::string_view shape) noexcept;
 /// A shape with another outline. `outline`: ToolShape::profile of the head alone, at least two points.
 ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 
+/// Finish of the metal, as shaders/tool.frag reads it.
+enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
+
 /// A vertex of the tool, and the same vertex on the hull, which is the blurred picture of a fast rotating tool. The
 /// renderer interpolates between the two by the spindle speed.
 struct ToolVertex {
@@ -38,16 +41,18 @@ struct ToolVertex {
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
   float spins = 1;                       // 1: the vertex rotates with the spindle
   float rough = 0.3f;
-  float mark = 0;  // 1: the vertex is on a dark depth mark
+  float mark = 0;    // 1: the vertex is on a dark depth mark
+  float finish = 0;  // Finish
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;
   std::vector<std::uint32_t> indices;
+  int blades = 8;  // number of equal parts around the head, for the motion blur: flutes, or 1 for a thread
 };
 
 ToolMesh make_tool_mesh(const ToolShape& shape);
 
-/// Adds a smooth surface of revolution about z, for a profile of (radius, z) in m from its lower end upwards.
+/// Adds a smooth, brushed surface of revolution about z, for a profile of (radius, z) in m from its lower end upwards.
 void add_lathe(ToolMesh& mesh, const std::vector<glm::dvec2>& profile, int around, float rough);
 
 }  // namespace typodont::render

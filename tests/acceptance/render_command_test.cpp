@@ -230,5 +230,33 @@ TEST_F(RenderCommand, BadInputExitsWithTwoAndLeavesNoFile) {
   refuse(fmt::format("--pose {}/missing.csv", f), HasSubstr("missing.csv"));
 }
 
+TEST_F(RenderCommand, AHandpieceIsDrawnAsTheSceneSaysAndAMistakeIsRefused) {
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,1,2,6.5,1,0,0,0,0\n1,1,2,6.5,1,0,0,0,0\n");
+  const auto differing = [&](const std::string& a, const std::string& b) {
+    const auto drawn = [&](const std::string& shown) {
+      std::string scene = kScene;
+      scene.insert(1, fmt::format(R"("handpieces": {{"shown": "{}"}}, )", shown));
+      folder.write("scene.json", scene);
+      const Json frame = render(desk("mono"), fmt::format("--pose {}/hand.csv --quality fast", f));
+      EXPECT_EQ(frame["validation_messages"].integer(), 0);
+      return render::read_png(folder / "out/left.png");
+    };
+    const render::Picture first = drawn(a), second = drawn(b);
+    int pixels = 0;
+    for (std::size_t i = 0; i < first.rgba.size(); i += 4)
+      pixels += std::abs(first.rgba[i] - second.rgba[i]) > 20 ? 1 : 0;
+    return pixels;
+  };
+  EXPECT_GT(differing("none", "solid"), 5000);
+  EXPECT_GT(differing("open", "solid"), 300) << "the opening around the working point";
+  EXPECT_LT(differing("open", "solid"), 4000);
+  std::string scene = kScene;
+  scene.insert(1, R"("handpieces": {"shown": "yes"}, )");
+  folder.write("scene.json", scene);
+  const Ran ran = folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out", f));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr(R"("handpieces.shown": found "yes", expected "open", "solid" or "none")"));
+}
+
 }  // namespace
 }  // namespace typodont

@@ -17,6 +17,7 @@
 #include "calibration/camera_solver.h"
 #include "calibration/rig_file.h"
 #include "calibration/routine.h"
+#include "engine/app/handpiece_file.h"
 #include "engine/app/scene.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/error.h"
@@ -24,6 +25,7 @@
 #include "engine/base/websocket.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
+#include "engine/render/handpiece_mesh.h"
 #include "engine/render/picture.h"
 #include "engine/session/packing_file.h"
 #include "engine/session/session_file.h"
@@ -203,6 +205,9 @@ void hid_descriptor(Bytes bytes) {
 void tool(Bytes bytes) {
   attempt([&] { (void)haptics::read_tool(Json::parse(text_of(bytes), "fuzz")); });
 }
+void handpiece(Bytes bytes) {
+  attempt([&] { (void)render::make_handpiece_mesh(read_handpiece(Json::parse(text_of(bytes), "fuzz")), 1e-3); });
+}
 void motor(Bytes bytes) {
   attempt([&] { (void)haptics::read_spindle(Json::parse(text_of(bytes), "fuzz")); });
 }
@@ -289,6 +294,7 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"device_reports", device_reports},
                                    {"hid_descriptor", hid_descriptor},
                                    {"tool", tool},
+                                   {"handpiece", handpiece},
                                    {"motor", motor},
                                    {"arm_preset", arm_preset},
                                    {"paint_strokes", paint_strokes},

@@ -14,7 +14,13 @@ struct Scene {
   Scene(const render::Quality& quality, const std::vector<render::MeshUpdate>& tooth, bool validation)
       : stage({320, 256}, quality, Passes::kTwo, validation) {
     stage.renderer->update(0, tooth);
-    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+    Handpiece handpiece;
+    HandpiecePart head, body;
+    head.rings = {{0, 3e-3, 1.5e-3}, {0, 5e-3, 1.5e-3}};
+    body.rings = {{1e-3, 4e-3, 0.7e-3}, {9e-3, 6e-3, 1e-3}};
+    body.knurl = {3e-3, 7e-3};
+    handpiece.parts = {head, body};
+    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)), handpiece);
   }
 };
 

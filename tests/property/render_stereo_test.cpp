@@ -57,6 +57,35 @@ TEST(Stereo, APointIsTriangulatedFromBothPicturesToItsPosition) {
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
+TEST(Stereo, EveryLevelKeepsDisparityWithinATenthOfAPixel) {
+  for (const render::Quality& quality : render::kQualityLadder) {
+    Stage stage({1280, 1024}, quality, Passes::kBest, false);
+    const display::DisplayRig rig = desk(0.08, 0.064, 0.4);
+    render::Frame frame = frame_of(rig);
+    frame.background = render::Background::kBlack;
+    frame.lights.ambient = 3;  // bright all round
+    const auto eyes = display::eye_views(rig);
+    std::mt19937_64 g(7);
+    const auto u = [&](double r) { return std::uniform_real_distribution<double>(-r, r)(g); };
+    // With one sample per pixel, a single ball's middle is uncertain by a fifth of a pixel. A shift would remain in the
+    // mean.
+    constexpr int kBalls = 12;
+    double error = 0;  // pixels
+    for (int i = 0; i < kBalls; ++i) {
+      const dvec3 p(u(0.01), u(0.01), u(0.01));
+      const std::vector<render::MeshUpdate> bricks{ball(1, glm::vec3(p), 2.0e-3f, Tissue::kEnamel)};
+      stage.renderer->update(0, bricks);
+      ASSERT_TRUE(stage.draw(frame).drawn);
+      for (std::size_t e = 0; e < 2; ++e) {
+        const render::Picture picture = stage.eye(static_cast<int>(e));
+        const glm::dvec4 c = eyes[e].projection * eyes[e].view * glm::dvec4(p, 1);
+        error += (e ? -1 : 1) * (centroid(picture).x - c.x / c.w) * picture.size.x / 2 / kBalls;
+      }
+    }
+    EXPECT_NEAR(error, 0, 0.1) << quality.name;
+  }
+}
+
 TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   // Real eye and reflected screen, against mirrored eye, physical screen and a world whose every corner is mirrored.
   display::DisplayRig rig = desk(0.05, 0.04, 0.4, {0.1, 0.5, 0.8});

@@ -42,6 +42,77 @@ double difference(const render::Picture& fine, const render::Picture& coarse) {
   return std::sqrt(sum / (3.0 * coarse.size.x * coarse.size.y));
 }
 
+/// Mean over the picture of |a − 2 b + c| of the luma, in steps of 0 to 255: the change between three frames that a
+/// steady motion does not explain.
+double second_difference(const render::Picture& a, const render::Picture& b, const render::Picture& c) {
+  const auto luma = [](const std::uint8_t* p) { return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]; };
+  double sum = 0;
+  for (int y = 0; y < b.size.y; ++y)
+    for (int x = 0; x < b.size.x; ++x) sum += std::abs(luma(a.at(x, y)) - 2 * luma(b.at(x, y)) + luma(c.at(x, y)));
+  return sum / (static_cast<double>(b.size.x) * b.size.y);
+}
+
+/// Averages blocks of `side`² pixels.
+render::Picture averaged(const render::Picture& fine, int side) {
+  render::Picture out{fine.size / side, {}};
+  for (int y = 0; y < out.size.y; ++y)
+    for (int x = 0; x < out.size.x; ++x)
+      for (int c = 0; c < 4; ++c) {
+        int sum = 0;
+        for (int k = 0; k < side * side; ++k) sum += fine.at(side * x + k % side, side * y + k / side)[c];
+        out.rgba.push_back(static_cast<std::uint8_t>((sum + side * side / 2) / (side * side)));
+      }
+  return out;
+}
+
+/// Shimmer: the mean second difference while the view, or the tool alone, moves by a quarter of a pixel per frame.
+struct Shimmer {
+  double view = 0, tool = 0;
+};
+
+constexpr glm::ivec2 kShimmerEye{320, 256};
+
+/// `size`: pixels of the drawn picture; it is reduced or enlarged to kShimmerEye, as a screen does.
+Shimmer shimmer(const Scene& scene, haptics::TissueVolume& volume, const Surroundings& around,
+                const render::Quality& quality, const glm::ivec2& size, int frames) {
+  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
+  rig.screen.layout = display::Layout::kMono;
+  rig.screen.pixels = size;
+  PictureStage::Options options;
+  options.quality = quality;
+  options.handpieces = scene.handpieces;
+  options.hud = false;
+  PictureStage stage(rig, scene.servo, options);
+  stage.surround(around);
+  stage.show(TissueView(surface_tolerance(rig, volume.frame().voxel, quality)).update(volume), volume.frame().origin);
+  ServoTick tick;
+  tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
+  const dvec3 right = rig.screen.lower_right - rig.screen.lower_left;
+  const dvec3 step = 0.25 * right / static_cast<double>(kShimmerEye.x);
+  const auto measure = [&](const auto& move) {
+    std::vector<render::Picture> pictures;
+    double sum = 0;
+    for (int i = 0; i < frames; ++i) {
+      move();
+      stage.draw(tick, {}, 0);
+      const render::Picture drawn = stage.eye(0);
+      pictures.push_back(drawn.size.x > kShimmerEye.x ? averaged(drawn, drawn.size.x / kShimmerEye.x)
+                                                      : render::scaled_to(drawn, kShimmerEye));
+      const auto n = pictures.size();
+      if (n >= 3) sum += second_difference(pictures[n - 3], pictures[n - 2], pictures[n - 1]) / (frames - 2);
+    }
+    return sum;
+  };
+  Shimmer found;
+  found.view = measure([&] {
+    for (dvec3* p : {&rig.screen.lower_left, &rig.screen.lower_right, &rig.screen.upper_left, &rig.head.eye_center})
+      *p += step;
+    stage.look_from(rig);
+  });
+  found.tool = measure([&] { tick.X_WG.p += step; });
+  return found;
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_render(const BenchRun& run) {
@@ -100,6 +171,17 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
                     .size_unit = "triangles"});
     rows.back().baseline = "a thirtieth of a second on two cores";
     rows.back().ratio = rows.back().time_ns / (2e9 / 30);
+  }
+  // Reference: 4 samples in each of 4 × 4 pixels.
+  const int frames = run.quick ? 3 : 6;
+  const Shimmer least = shimmer(scene, volume, around, render::kQualityLadder.front(), 4 * kShimmerEye, frames);
+  for (const render::Quality& quality : render::kQualityLadder) {
+    const Shimmer found = shimmer(scene, volume, around, quality, kShimmerEye, frames);
+    for (const bool tool : {false, true})
+      rows.push_back({.name = tool ? "shimmer, the tool moves" : "shimmer, the view moves",
+                      .knob = fmt::format("{}, {}x{}, 1/4 pixel a frame", quality.name, kShimmerEye.x, kShimmerEye.y),
+                      .error = tool ? found.tool / least.tool : found.view / least.view,
+                      .error_unit = "of a picture with 64 samples"});
   }
   return rows;
 }

@@ -123,11 +123,10 @@ DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle,
   DrawnTool drawn;
   const std::string name = view.shown ? handpiece_name(tool, spindle) : "";
   if (!name.empty()) {
-    const Handpiece handpiece = load_handpiece(name);
-    drawn.handpiece = render::make_handpiece_mesh(handpiece);
-    drawn.open = view.open && !handpiece.from_head;
+    drawn.handpiece = load_handpiece(name);
+    drawn.open = view.open && !drawn.handpiece.from_head;
     double z = 0;
-    if (handpiece.from_head) {
+    if (drawn.handpiece.from_head) {
       shape.neck_length = shape.shank_length = 0;
     } else {
       const double top = shape.profile.back().y;

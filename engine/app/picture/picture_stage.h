@@ -27,9 +27,9 @@ class SoftGumView;
 /// A tool with the handpiece that holds it, as drawn.
 struct DrawnTool {
   render::ToolMesh tool;
-  render::HandpieceMesh handpiece;  // empty: none
-  Pose X_GH;                        // the handpiece on the tool
-  bool open = false;                // render::ToolState::open
+  Handpiece handpiece;  // without parts: none
+  Pose X_GH;            // the handpiece on the tool
+  bool open = false;    // render::ToolState::open
 };
 /// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose on
 /// the tool: its roll is the hand's. A hand that gives only the axis gives the shortest rotation from W's z to the axis

@@ -105,32 +105,59 @@ PixelBox Tiles::bounds() const {
   return {a.x, a.y, b.x - a.x, b.y - a.y};
 }
 
+namespace {
+
+/// Distance of the origin from the line between p and q.
+float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
+  const glm::vec3 d = q - p;
+  const float dd = glm::dot(d, d);
+  const float s = dd > 1e-14f ? glm::clamp(-glm::dot(p, d) / dd, 0.0f, 1.0f) : 0.0f;
+  return glm::length(p + s * d);
+}
+
+/// True if the handpiece may shade a surface inside this ball by its shadow.
+bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
+  constexpr float kHandpieceReach = 40e-3f;  // m, same value as in lighting.glsl
+  constexpr int kPieces = 6;
+  const glm::vec3 l(data.key);
+  for (int cone = 0; cone < 2; ++cone) {
+    const glm::vec4 a = data.handpiece[2 * cone], b = data.handpiece[2 * cone + 1];
+    if (a.w <= 0 && b.w <= 0) continue;
+    for (int k = 0; k < kPieces; ++k) {
+      const glm::vec3 from = glm::vec3(glm::mix(a, b, static_cast<float>(k) / kPieces)) - center,
+                      to = glm::vec3(glm::mix(a, b, static_cast<float>(k + 1) / kPieces)) - center;
+      const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
+      if (way <= 0 || std::min(f, t) - radius > kHandpieceReach) continue;
+      const float soft = 0.08e-3f + data.lamp.x * way;
+      if (distance_to_segment(from - f * l, to - t * l) - radius < std::max(a.w, b.w) + soft) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
   constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, same values as in lighting.glsl
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
+  if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
   // Quick test: most objects are farther from the tool than its reach.
   const float most =
-      std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + 0.12f * (kToolShadowReach + 2 * radius));
+      std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
   const float along = glm::clamp(glm::dot(center - a, axis) / std::max(glm::dot(axis, axis), 1e-14f), 0.0f, 1.0f);
   if (glm::length(a + along * axis - center) - radius > most) return false;
   for (int k = 0; k < kPieces; ++k) {
     const glm::vec3 from = glm::mix(a, e, static_cast<float>(k) / kPieces) - center,
                     to = glm::mix(a, e, static_cast<float>(k + 1) / kPieces) - center;
-    const auto nearest = [](const glm::vec3& p, const glm::vec3& q) {
-      const glm::vec3 d = q - p;
-      const float dd = glm::dot(d, d);
-      const float s = dd > 1e-14f ? glm::clamp(-glm::dot(p, d) / dd, 0.0f, 1.0f) : 0.0f;
-      return glm::length(p + s * d);
-    };
-    if (nearest(from, to) - radius < kToolReach) return true;
+    if (distance_to_segment(from, to) - radius < kToolReach) return true;
     const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
     if (way <= 0 || std::min(f, t) - radius > kToolShadowReach) continue;
-    const float soft = 0.08e-3f + 0.12f * way;
-    if (nearest(from - f * l, to - t * l) - radius < thick + soft) return true;
+    const float soft = 0.08e-3f + data.lamp.x * way;
+    if (distance_to_segment(from - f * l, to - t * l) - radius < thick + soft) return true;
   }
   return false;
 }

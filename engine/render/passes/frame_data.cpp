@@ -14,7 +14,7 @@ dvec3 toward_window(const Lights& lights) {
 }
 
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
-                                const ToolBody& tool, const VkExtent2D& drawn,
+                                const ToolBody& tool, const HandpieceBody& handpiece, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds) {
   shared::FrameData data{};
   for (int e = 0; e < 2; ++e) {
@@ -35,6 +35,33 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     const Look& look = looks[t];
     data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
+  }
+
+  data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
+  if (bounds) {
+    // The middle is rounded, so that the spot does not move while a tooth is cut.
+    constexpr double kStep = 2e-3;  // m
+    const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
+    const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
+    // Half sizes of a box as seen from the lamp.
+    const auto seen = [&](const dvec3& lo, const dvec3& hi) {
+      glm::dvec2 most(0);
+      for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 q = dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z) - middle;
+        most = glm::max(most, glm::abs(glm::dvec2(glm::dot(q, right), glm::dot(q, down))));
+      }
+      return most;
+    };
+    // The working body is lit completely: a larger one, as a hip socket, has a larger lamp.
+    const glm::dvec2 border(0.5 * frame.lights.spot_border);
+    const glm::dvec2 half =
+        glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
+    // The spot is needed only if a body reaches its border.
+    if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
+      data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
+      data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));
+      data.lamp_right = glm::vec4(glm::dvec4(right, 0));
+    }
   }
 
   // The lamp's parallel projection is as wide as the crown of the working tooth and its neighbourhood, and as deep as
@@ -68,7 +95,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     data.light_size = glm::vec4(glm::dvec4(2 * radius, 2 * reach, 2 * radius / quality.shadow_map, 1));
   }
 
-  data.mirror = glm::vec4(glm::dvec4(0.5 * frame.mirror.diameter, frame.mirror.fog, 0, 0));
+  data.mirror =
+      glm::vec4(glm::dvec4(0.5 * frame.mirror.diameter, frame.mirror.fog, 1 / magnification(frame.mirror), 0));
   if (frame.cursor.visible) {
     data.cursor = glm::vec4(glm::dvec4(frame.cursor.p, frame.cursor.radius));
     data.cursor_down = glm::vec4(glm::dvec4(frame.cursor.down, 0));
@@ -76,11 +104,20 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   if (frame.tool.visible && tool.index_count) {
     data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
     data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
-    // Motion blur: the eye integrates over about 15 ms. Blur begins when the tool turns by a tenth of a blade's pitch
-    // in that time, and is complete at one pitch.
-    constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
-    const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
-    const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);
+    if (handpiece.index_count && quality.handpiece_shadow) {
+      const Pose X_WH = frame.tool.X_WG * frame.tool.X_GH;
+      int i = 0;
+      for (const RoundCone& cone : {handpiece.head, handpiece.body}) {
+        data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.a, cone.ra));
+        data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
+      }
+    }
+    // Motion blur: a shutter that is open for the whole frame averages the blades, n of them around the head. Their
+    // contrast falls as |sin x / x| with x = n ω T / 2 to zero at one pitch per frame; beyond it, the small remaining
+    // contrast is neglected.
+    constexpr double kExposure = 1.0 / 60;  // s
+    const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
+    const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;
     data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);
   }
   return data;

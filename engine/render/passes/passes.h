@@ -19,15 +19,24 @@ struct ShadowPass {
   void destroy(gpu::Device& device);
 };
 
+/// Effects on tissue that not every scene and level needs.
+struct SurfaceEffects {
+  bool handpiece_shadow = false;
+  bool spot = false;  // the border of the lamp's spot
+  bool film = false;  // water and slurry on the surface
+  bool operator==(const SurfaceEffects&) const = default;
+};
+
 /// Draws tissue: first the solid bodies; then, over the background, the bodies that the view draws as glass.
 struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that was drawn so far
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // cursor setting for which the pipelines were created
-  bool with_film = false;       // film setting for which the pipelines were created
+  SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
-              std::span<const DrawGroup> groups, const Frame& frame, bool film, bool glass, FrameStats& stats);
+              std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
+              FrameStats& stats);
   int pipelines() const {
     return static_cast<int>(kBrickKinds -
                             static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
@@ -43,6 +52,7 @@ struct SurfacePass {
 struct ToolBody {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;
+  int blades = 1;                                           // ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
   /// angle.

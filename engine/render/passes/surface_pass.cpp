@@ -7,8 +7,8 @@
 namespace typodont::render {
 
 void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
-                         const SlotBuffers& indirect, std::span<const DrawGroup> groups, const Frame& frame, bool film,
-                         bool glass, FrameStats& stats) {
+                         const SlotBuffers& indirect, std::span<const DrawGroup> groups, const Frame& frame,
+                         const SurfaceEffects& effects, bool glass, FrameStats& stats) {
   const View view = frame.view;
   std::vector<DrawGroup> wanted;
   for (const DrawGroup& g : groups)
@@ -21,12 +21,12 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
     std::stable_sort(wanted.begin(), wanted.end(),
                      [](const DrawGroup& a, const DrawGroup& b) { return a.kind < b.kind; });
   }
-  if (view != made_for || frame.cursor.visible != with_cursor || film != with_film) {
+  if (view != made_for || frame.cursor.visible != with_cursor || effects != with_effects) {
     vkDeviceWaitIdle(context.device.device);
     destroy(context.device);
     made_for = view;
     with_cursor = frame.cursor.visible;
-    with_film = film;
+    with_effects = effects;
   }
   for (std::size_t i = 0; i < wanted.size();) {
     const BrickKind kind = wanted[i].kind;
@@ -41,11 +41,13 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.depth_write = !glass;
       // A section shows the insides of bodies, and an open surface shows its back, so both sides are drawn.
       if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
-      o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
-      o.constants.push_back(glass ? 1u : 0u);                   // kGlass
-      o.constants.push_back(holds(kind));                       // kHolds
-      o.constants.push_back(with_cursor ? 1u : 0u);             // kCursor
-      o.constants.push_back(with_film ? 1u : 0u);               // kFilm
+      o.constants.push_back(static_cast<std::uint32_t>(view));    // kView
+      o.constants.push_back(glass ? 1u : 0u);                     // kGlass
+      o.constants.push_back(holds(kind));                         // kHolds
+      o.constants.push_back(with_cursor ? 1u : 0u);               // kCursor
+      o.constants.push_back(effects.handpiece_shadow ? 1u : 0u);  // kHandpieceShadow
+      o.constants.push_back(effects.spot ? 1u : 0u);              // kSpot
+      o.constants.push_back(effects.film ? 1u : 0u);              // kFilm
       chosen = gpu::create_pipeline(context.device, o);
     }
     std::size_t end = i + 1;

@@ -17,6 +17,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(ToolVertex));
   std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
   index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  blades = mesh.blades;
   // Shape that casts the shadow: a ball with the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
@@ -62,7 +63,7 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, n)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, spins)}};
+                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
@@ -133,6 +134,8 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
+    // Constants of frame.glsl that a handpiece does not use, then kKnurl.
+    o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.scale < 1 ? 0u : 1u});
     handpiece_pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
