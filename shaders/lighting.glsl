@@ -176,7 +176,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
   // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue.
-  opened *= mix(vec3(1.0, 0.88, 0.74), vec3(1.0), open);
+  opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
   // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
   vec3 bounce = kBounce * (1.0 - open) * albedo * lamp;
   return front * arrives * lamp + bounce + ambient_light(n) * opened;

@@ -110,8 +110,11 @@ void main() {
       color = enamel(color, in_mesh_position, n, light.y, pixel, gloss_normal);
     } else if (holds(kHoldsPairs) && main_tissue == kDentin) {
       color = dentin(color, in_mesh_position, n, pixel, gloss_normal, look.x);
-    } else if (holds(kHoldsDecay) && main_tissue == kPulp) {
+      if (a != b && (a == kPulp || b == kPulp))
+        color = bloody(color, in_mesh_position, a == kPulp ? 1.0 - in_light.w : in_light.w);
+    } else if (holds(kHoldsPairs) && main_tissue == kPulp) {
       color = pulp(color, in_mesh_position, n, gloss_normal);
+      look.x = 0.12;
     } else if (holds(kHoldsGum) && (main_tissue == kGingiva || main_tissue >= kMucosa)) {
       soft_surface(main_tissue, in_mesh_position, in_first.w, color, n, gloss_normal);
     }

@@ -76,9 +76,18 @@ vec3 caries(vec3 color, vec3 p, float inward, float shows) {
   return color * mix(1.35, 0.65, core) * mix(0.8, 1.2, grain);
 }
 
-/// Living pulp: red with darker vessels, under a film of blood.
+/// Living pulp: red with a net of darker vessels, bleeding where it is open, under a wet film.
 vec3 pulp(vec3 color, vec3 p, vec3 n, inout vec3 n_gloss) {
-  float vessels = 1.0 - smoothstep(0.0, 0.10, abs(noise(p * 2200.0) - 0.5));
-  n_gloss = bumped(n, p, 0.35e-3, 0.12);
-  return color * mix(vec3(1.0), vec3(0.55, 0.30, 0.32), 0.6 * vessels) * (0.9 + 0.2 * noise(p * 700.0));
+  vec3 bend = vec3(noise(p * 1700.0), noise(p * 1700.0 + 9.0), noise(p * 1700.0 + 17.0));
+  float vessels = 1.0 - smoothstep(0.0, 0.12, abs(noise(p * 2600.0 + 2.5 * bend) - 0.5));
+  float blood = smoothstep(0.45, 0.70, noise(p * 900.0 + 5.0));
+  n_gloss = bumped(n, p, 0.25e-3, 0.16);
+  color *= mix(vec3(1.0), vec3(0.60, 0.30, 0.32), 0.6 * vessels);
+  return mix(color, vec3(0.16, 0.008, 0.006), 0.55 * blood);
+}
+
+/// Dentin beside open pulp carries some of its blood. `share`: fraction of pulp around the point.
+vec3 bloody(vec3 color, vec3 p, float share) {
+  float stain = smoothstep(0.02, 0.45, share + 0.25 * (noise(p * 3000.0) - 0.5));
+  return color * mix(vec3(1.0), vec3(0.55, 0.16, 0.13), 0.75 * stain);
 }

@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
 """Draws the reference pictures of all scenes again, or of those named.
 
-tests/reference/renew.py [--program build/release/typodont] [--samples 160] [NAME …]
+tests/reference/renew.py [--program build/release/typodont] [--samples 96] [NAME …]
+
+With --compare it draws no reference. It writes docs/pictures/looks_NAME.jpg instead: the picture of the program
+--before, the picture of the program, and the reference.
 """
 
 import argparse
@@ -15,35 +18,60 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 
 
-def export(program, wanted, folder):
-    command = [program, "render", ROOT / f"assets/scenes/{wanted['scene']}.json", "--rig", "closeup", "--eye", "left"]
-    command += ["--size", "640x512", "--geometry", "--out", folder]
+def draw(program, wanted, folder, *more, assets=ROOT / "assets"):
+    command = [program, "render", f"{assets}/scenes/{wanted['scene']}.json", "--rig", "closeup", "--eye", "left"]
+    command += ["--size", "640x512", "--out", folder, *more]
     if wanted.get("finished"):
         command.append("--finished")
     if "tool_mm" in wanted:
         hand = pathlib.Path(folder) / "hand.csv"
+        hand.parent.mkdir(exist_ok=True)
         pose = ",".join(str(x) for x in wanted["tool_mm"]) + ",1,0,0,0"
         hand.write_text(f"t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,{pose},0\n")
         command += ["--pose", hand]
-    subprocess.run(command, check=True)
+    subprocess.run(command, check=True, env={**os.environ, "TYPODONT_ASSETS": str(assets)})
+
+
+def reference(program, wanted, samples):
+    with tempfile.TemporaryDirectory() as folder:
+        draw(program, wanted, folder, "--geometry")
+        picture = HERE / (wanted["name"] + ".png")
+        blender = ["blender", "-b", "--python-exit-code", "1", "-P", HERE / "draw.py", "--"]
+        # Debian's Blender needs the system's Python with numpy, not another one on the user's path.
+        system = {**os.environ, "PATH": "/usr/bin:/bin"}
+        subprocess.run([*blender, folder, picture, str(samples)], check=True, env=system)
+
+
+def compare(program, before, wanted):
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = []
+        if before:
+            draw(f"{before}/typodont", wanted, folder + "/before", assets=f"{before}/assets")
+            pictures.append(folder + "/before/left.png")
+        draw(program, wanted, folder + "/now")
+        pictures += [folder + "/now/left.png", HERE / (wanted["name"] + ".png")]
+        command = ["ffmpeg", "-y", "-v", "error"]
+        for picture in pictures:
+            command += ["-i", picture]
+        command += ["-filter_complex", f"hstack=inputs={len(pictures)}", "-q:v", "4"]
+        subprocess.run([*command, ROOT / f"docs/pictures/looks_{wanted['name']}.jpg"], check=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--program", default=ROOT / "build/release/typodont")
-    parser.add_argument("--samples", type=int, default=160)
+    parser.add_argument("--samples", type=int, default=96)
+    parser.add_argument("--compare", action="store_true", help="write the pictures of docs/looks.md")
+    parser.add_argument("--before", help="folder with an older program and its assets, for --compare")
     options = parser.parse_args()
     for wanted in json.loads((HERE / "scenes.json").read_text()):
         if options.names and wanted["name"] not in options.names:
             continue
-        with tempfile.TemporaryDirectory() as folder:
-            export(options.program, wanted, folder)
-            picture = HERE / (wanted["name"] + ".png")
-            blender = ["blender", "-b", "--python-exit-code", "1", "-P", HERE / "draw.py", "--"]
-            # Debian's Blender needs the system's Python with numpy, not another one on the user's path.
-            system = {**os.environ, "PATH": "/usr/bin:/bin"}
-            subprocess.run([*blender, folder, picture, str(options.samples)], check=True, env=system)
+        if options.compare:
+            compare(options.program, options.before, wanted)
+        else:
+            reference(options.program, wanted, options.samples)
 
 
 main()

@@ -43,6 +43,7 @@ ReferenceScene load(const Json& json, const fs::path& folder) {
                         {},
                         json.has("tool_mm"),
                         render::read_png(picture)};
+  if (json.boolean_or("finished", false)) loaded.around.covered = glm::dvec4(0);  // the cavity may reach below the gum
   if (loaded.tool) {
     loaded.tick.X_WT.p = loaded.tick.X_WG.p = json["tool_mm"].vec3() * kMillimetre;
     loaded.tick.spindle = scene.servo.spindle.free_speed;

@@ -246,7 +246,9 @@ void run(const Options& options) {
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  const Surroundings around = make_surroundings(scene.surroundings);
+  Surroundings around = make_surroundings(scene.surroundings);
+  // The gum hides only the root of an uncut tooth; through a cavity the eye may see deeper.
+  if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
   ShownGeometry geometry;
