@@ -101,6 +101,7 @@ struct SurroundingsShape::Impl {
   double half_width = 0;
   Jaw jaw;
   std::vector<Neighbour> neighbours;
+  std::optional<DamClamp> clamp;
 
   explicit Impl(const SurroundingsPlan& p)
       : plan(p),
@@ -118,6 +119,7 @@ struct SurroundingsShape::Impl {
       const ToothCopy copy(n, plan);
       add({copy, nullptr, Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) { return copy.from_tooth(q); })});
     }
+    if (plan.dam && plan.dam->clamp) clamp.emplace(jaw.to_row(middle), glm::dot(plan.margin, plan.crown), half_width);
     if (plan.row)
       for (const RowTooth& t : plan.row->teeth)
         add({{}, &t, Box::of(t.form.low(), t.form.high(), [&](const dvec3& q) {
@@ -157,7 +159,7 @@ struct SurroundingsShape::Impl {
   /// Box around the working tooth in which the gum and the dam are finer.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
-    const double along = plan.row ? kNear : plan.length / 2 + 1e-3;
+    const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
     const dvec3 reach = glm::abs(plan.arch) * along + glm::abs(across) * side;
     const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
     Box b;
@@ -262,6 +264,9 @@ double SurroundingsShape::tooth(const dvec3& p_W) const {
 }
 double SurroundingsShape::dam(const dvec3& p_W) const {
   return impl_->plan.dam ? impl_->dam(p_W) : 1.0;
+}
+double SurroundingsShape::clamp(const dvec3& p_W) const {
+  return impl_->clamp ? impl_->clamp->distance(impl_->jaw.to_row(p_W)) : 1.0;
 }
 double SurroundingsShape::mouth(const dvec3& p_W) const {
   const Impl& shape = *impl_;
@@ -392,9 +397,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
            return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
          });
   }
-  if (plan.dam && plan.dam->clamp) {
-    const DamClamp clamp(shape.jaw, shape.jaw.to_row(shape.middle), glm::dot(plan.margin, plan.crown),
-                         shape.half_width);
+  if (shape.clamp) {
+    const DamClamp& clamp = *shape.clamp;
     const auto steel = [&](const dvec3& p) { return clamp.distance(shape.jaw.to_row(p)); };
     const Box box = Box::of(clamp.low(), clamp.high(), [&](const dvec3& q) { return shape.jaw.from_row(q); });
     auto meshes = meshes_of_field<2>(box.lo, box.hi, kClampVoxel, kGumTolerance, steel, gum_label);
@@ -414,10 +418,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   // Deep in the mouth the mucosa is darker.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
-    return 0.45 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
+    return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
   };
   if (phantom) {
-    body(render::kSkin, Tissue::kAir, &Jaw::cheek, plain);
+    body(render::kSkin, render::kPlastic, &Jaw::cheek, [](const dvec3&) { return 0.8; });
     body(render::kRubber, Tissue::kAir, &Jaw::lip, plain);
   } else {
     body(render::kMucosa, Tissue::kPulp, &Jaw::cheek, deep);
