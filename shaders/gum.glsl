@@ -26,12 +26,11 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     // Attached gum is stippled like orange peel. Mucosa is smooth, and vessels are visible in it.
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
-    color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
+    if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
     n = pitted(smooth_normal, p, 0.30e-3, 0.08 * attached);
-    gloss_normal = pitted(bumped(smooth_normal, p, 1.1e-3, 0.06), p, 0.30e-3, 0.08 * attached);
+    gloss_normal = bumped(n, p, 1.1e-3, 0.06);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));
-    color *= mix(vec3(1.0), vec3(0.90, 0.66, 0.66), 0.12 * vessels(p));
     gloss_normal = bumped(smooth_normal, p, 1.6e-3, 0.12);
   } else if (matter == kTongue) {
     // Papillae: pale grains, with redder ones between them.
