@@ -9,7 +9,7 @@ float vessels(vec3 p) {
 }
 
 /// Depth of the pits of orange peel, 0..1. `q`: position in units of a pit's size.
-float pit(vec3 q) { return smoothstep(0.52, 0.80, noise(q)); }
+float pit(vec3 q) { return smoothstep(0.58, 0.86, noise(q)); }
 /// Normal of a surface with pits. `size`: m, width of a pit; `tilt`: slope of its edge, rad.
 vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
   vec3 q = p / size;
@@ -26,12 +26,11 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     // Attached gum is stippled like orange peel. Mucosa is smooth, and vessels are visible in it.
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
-    color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.6 * (1.0 - attached) * vessels(p));
-    n = pitted(smooth_normal, p, 0.38e-3, 0.11 * attached);
-    gloss_normal = pitted(bumped(smooth_normal, p, 1.1e-3, 0.06), p, 0.38e-3, 0.10 * attached);
+    if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
+    n = pitted(smooth_normal, p, 0.30e-3, 0.08 * attached);
+    gloss_normal = bumped(n, p, 1.1e-3, 0.06);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));
-    color *= mix(vec3(1.0), vec3(0.90, 0.66, 0.66), 0.5 * vessels(p * 0.7));
     gloss_normal = bumped(smooth_normal, p, 1.6e-3, 0.12);
   } else if (matter == kTongue) {
     // Papillae: pale grains, with redder ones between them.
@@ -42,7 +41,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     gloss_normal = bumped(smooth_normal, p, 0.45e-3, 0.28);
   } else if (matter == kSkin) {
     color *= 0.96 + 0.08 * noise(p * 500.0);
-    n = bumped(smooth_normal, p, 0.5e-3, 0.06);
+    n = bumped(smooth_normal, p, 0.5e-3, 0.02);
     gloss_normal = n;
   } else if (matter == kAcrylic) {
     // Denture acrylic has fine red fibres.

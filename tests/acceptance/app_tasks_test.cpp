@@ -328,6 +328,26 @@ TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) 
   EXPECT_GT(frame["frame"]["mirror"]["passes"].number(), 0);
 }
 
+TEST(ShippedScenes, TheRubberDamAndThePhantomHeadAreDrawn) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  const auto pictures_differ = [&](const std::string& name, const std::string& part, const std::string& other) {
+    std::string text = test::read_text("assets/scenes/" + name + ".json");
+    folder.write("with.json", text);
+    const auto at = text.find(part);
+    ASSERT_NE(at, std::string::npos);
+    folder.write("without.json", text.replace(at, part.size(), other));
+    for (const std::string file : {"with", "without"}) {
+      const test::Ran ran =
+          folder.run("render " + (folder / (file + ".json")) +
+                     " --rig closeup --eye left --quality fast --size 160x128 --out " + (folder / file));
+      EXPECT_EQ(ran.status, 0) << ran.err;
+    }
+    EXPECT_NE(test::read_text(folder / "with/left.png"), test::read_text(folder / "without/left.png"));
+  };
+  pictures_differ("root-canal-access", R"("dam": {})", R"("dam": {"clamp": false})");
+  pictures_differ("crown-preparation", R"("mouth": "phantom")", R"("mouth": "patient")");
+}
+
 class ShippedTask : public testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedTask, EveryRandomDefectOfTheIdealCostsPoints) {

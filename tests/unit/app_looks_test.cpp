@@ -168,6 +168,7 @@ TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
   haptics::TissueVolume volume = load_tissue(scene);
   TissueView view(0.6f);
   int below = 0, open = 0;
+  std::string places;
   for (const auto& brick : view.update(volume))
     for (std::size_t i = 0; i < brick.vertices.size(); i += 11) {
       const dvec3 p = volume.frame().origin + dvec3(brick.vertices[i].p), n(brick.vertices[i].n);
@@ -184,9 +185,10 @@ TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
         leaves = leaves || glm::dot(glm::cross(t.ab, t.ac), n) > 0;
       }
       open += !leaves;
+      if (!leaves) places += fmt::format(" ({:.2f} {:.2f} {:.2f})", p.x * 1e3, p.y * 1e3, p.z * 1e3);
     }
   EXPECT_GT(below, 200);
-  EXPECT_EQ(open, 0);
+  EXPECT_EQ(open, 0) << places;
 }
 
 TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {

@@ -97,9 +97,9 @@ TEST(ToothRowTest, AFormIsSolidFromItsRootToItsCuspsAndItsDistanceIsNoSteeperTha
       const dvec3 p = form.low() + size * dvec3(unit(random), unit(random), unit(random));
       const dvec3 step = 0.05e-3 * glm::normalize(dvec3(unit(random), unit(random), unit(random)) - 0.5);
       steep += std::abs(form.distance(p + step) - form.distance(p)) > 1.6 * 0.05e-3;
-      if (glm::any(glm::lessThan(p, form.low() + 1e-5)) || glm::any(glm::greaterThan(p, form.high() - 1e-5))) {
-        EXPECT_GT(form.distance(p), 0);
-      }
+      dvec3 q = p;  // on the box
+      q[i % 3] = i % 2 ? form.low()[i % 3] : form.high()[i % 3];
+      EXPECT_GT(form.distance(q), 0);
     }
     EXPECT_LT(steep, 60);  // at the grooves
   }
@@ -152,7 +152,7 @@ TEST(SurroundingsOfTheScenes, NeverCoverTheOcclusalSurfaceAtTheShippedViews) {
           const dvec3 from(x, y, z + 0.2e-3), way = glm::normalize(eye - from);
           for (double s = 0.3e-3; s < 60e-3; s += 0.3e-3) {
             const dvec3 p = from + s * way;
-            ASSERT_GT(std::min({shape.neighbour(p), shape.gum(p), shape.mouth(p), shape.dam(p)}), 0)
+            ASSERT_GT(std::min({shape.neighbour(p), shape.gum(p), shape.mouth(p), shape.dam(p), shape.clamp(p)}), 0)
                 << name << " " << file << " from " << x << " " << y << " at " << s;
           }
         }
@@ -162,7 +162,7 @@ TEST(SurroundingsOfTheScenes, NeverCoverTheOcclusalSurfaceAtTheShippedViews) {
 }
 
 TEST(SurroundingsOfTheScenes, HaveABoundedNumberOfTriangles) {
-  for (const char* name : {"molar-caries", "root-canal-access", "free-practice"}) {
+  for (const char* name : {"molar-caries", "root-canal-access"}) {
     const Surroundings around = make_surroundings(shipped(name).surroundings);
     std::size_t fine = 0, coarse = 0;
     for (const SurroundingMesh& mesh : around.meshes) {

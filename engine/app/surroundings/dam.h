@@ -15,7 +15,7 @@ double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own,
 class DamClamp {
  public:
   /// `middle`: of the working tooth; `edge`: height of the gum's edge; `half_width`: of the tooth at that height.
-  DamClamp(const Jaw& jaw, const dvec3& middle, double edge, double half_width);
+  DamClamp(const dvec3& middle, double edge, double half_width);
   double distance(const dvec3& p_row) const;
   dvec3 low() const { return low_; }
   dvec3 high() const { return high_; }

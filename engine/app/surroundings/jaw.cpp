@@ -10,8 +10,9 @@ namespace typodont {
 namespace {
 
 constexpr double kFree = 0.5e-3;                     // m, gum's edge above the neck of a tooth in the row
-constexpr double kPapillaWidth = 1.5e-3;             // m
+constexpr double kPapillaWidth = 1.8e-3;             // m
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;  // m along, where the tilt of the gum's edge ends
+constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;  // m beside the row, where its teeth stop and cease to matter
 constexpr double kRowDepth = 15.5e-3;                // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;                 // m, least thickness of a jaw without one
 // The ridge: m. It is wider at its bottom, and ends in a fold, buccal and lingual.
@@ -23,7 +24,9 @@ constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;  // m, height of the attach
 // The tongue and the cheek: m from the curve of the teeth, and heights over the occlusal plane.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
+constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
+                 kFaceThick = 4e-3;                       // kFaceFall: 1/m
+constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;  // m, the lip above the rim, the face below it
 
 }  // namespace
 
@@ -43,6 +46,7 @@ Jaw::Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, d
                    glm::dot(plan.margin_normal, plan.crown)};
   tilt_along_ = -n.x / n.z;
   tilt_beside_ = -n.y / n.z;
+  own_edge_ = edge.z;
   knots_.push_back({own_, edge.z - tilt_along_ * (edge.x - own.x), half_width});
   depth_ = plan.row ? kRowDepth : std::max(kBlockDepth, roots + 1.5e-3);
   own_x_ = own.x;
@@ -76,7 +80,10 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  return {at.along, at.beside, here.edge + tilt - p.z, here.half_width, p.x, p.z};
+  // Far beside the row all places have the same height, because there the nearest tooth changes abruptly.
+  const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
+  const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
+  return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};
 }
 
 double Jaw::papilla(const Place& p) const {
@@ -104,7 +111,7 @@ double Jaw::ridge(const Place& p) const {
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
     d = smooth_min(d, (p.beside > 0 ? kBuccalFold : kLingualFold) - p.depth, kFoldRound);
-    d = smooth_max(d, std::abs(p.beside) - kJawEdge, 2e-3);
+    if (plan_.mouth == Mouth::kNone) d = smooth_max(d, std::abs(p.beside) - kJawEdge, 2e-3);
   }
   if (plan_.row) d = smooth_max(d, back_ - 3e-3 - p.x, 2e-3);
   return smooth_max(d, p.depth - depth_, 2e-3);
@@ -123,23 +130,26 @@ double Jaw::rim(const Place& p) const {
   return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
 }
 
-double Jaw::cheek(const Place& p) const {
+double Jaw::from_curve(const Place& p) const {
   // Behind the last tooth the wall closes the mouth.
-  const double in = smooth_max(p.beside - kCheekFrom, back_ - p.x, 8e-3);
-  const double d = smooth_max(smooth_max(-in, p.z - rim(p), kCheekRound), p.beside - kLipFrom, 1e-3);
-  return std::max({d, p.depth - depth_, back_ - 6e-3 - p.x});
+  return smooth_max(p.beside, back_ + kCheekFrom - p.x, 8e-3);
+}
+
+double Jaw::cheek(const Place& p) const {
+  const double out = from_curve(p);
+  const double d = smooth_max(smooth_max(kCheekFrom - out, p.z - rim(p), kCheekRound), out - kLipFrom, 1e-3);
+  return std::max(d, p.depth - depth_);
 }
 
 double Jaw::lip(const Place& p) const {
-  const double roll = std::hypot(p.beside - kLipFrom, p.z - rim(p) + kLipRadius - 0.4e-3) - kLipRadius;
-  return std::max(roll, back_ - 6e-3 - p.x);
+  return std::hypot(from_curve(p) - kLipFrom, p.z - rim(p) + kLipRadius - kLipOver) - kLipRadius;
 }
 
 double Jaw::face(const Place& p) const {
-  const double out = p.beside - kLipFrom;
-  const double top = rim(p) - 1.6e-3 - kFaceFall * out * out;
-  const double d = smooth_max(smooth_max(-out, p.z - top, 1e-3), p.beside - kFaceTo, 3e-3);
-  return std::max({d, top - kFaceThick - p.z, back_ - 6e-3 - p.x});
+  const double out = from_curve(p) - kLipFrom;
+  const double top = rim(p) - kFaceBelow - kFaceFall * out * out;
+  const double d = smooth_max(smooth_max(-out, p.z - top, 1e-3), out + kLipFrom - kFaceTo, 3e-3);
+  return std::max(d, top - kFaceThick - p.z);
 }
 
 }  // namespace typodont

@@ -42,6 +42,9 @@ class Jaw {
   double occlusal() const { return occlusal_; }
   double depth() const { return depth_; }  // thickness of the jaw below the gum's edge
 
+  /// m, distance outwards from the curve of the teeth; also behind the last tooth.
+  double from_curve(const Place& p) const;
+
  private:
   struct Knot {
     double along, edge, half_width;  // edge: height of the gum's edge
@@ -50,8 +53,8 @@ class Jaw {
   dvec3 across_;
   ArchCurve curve_;
   std::vector<Knot> knots_;
-  std::vector<double> contacts_;  // along
-  double own_ = 0, beside_ = 0;   // the working tooth's place
+  std::vector<double> contacts_;                // along
+  double own_ = 0, beside_ = 0, own_edge_ = 0;  // the working tooth's place
   double tilt_along_ = 0, tilt_beside_ = 0;
   double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;
 };

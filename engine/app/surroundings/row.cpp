@@ -28,14 +28,18 @@ ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)
 
 ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   Place best;
-  double nearest = 1e9;
+  double nearest = 1e9, reach = 1e9;  // squared distance, and distance, to the nearest segment so far
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
-    const glm::dvec2 d = points_[i + 1] - points_[i], r = p - points_[i];
+    const glm::dvec2 r = p - points_[i];
+    const double farthest = reach + along_[i + 1] - along_[i];
+    if (glm::dot(r, r) > farthest * farthest) continue;  // all of the segment is farther away
+    const glm::dvec2 d = points_[i + 1] - points_[i];
     const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);
     const glm::dvec2 off = r - t * d;
     const double d2 = glm::dot(off, off);
     if (d2 >= nearest) continue;
     nearest = d2;
+    reach = std::sqrt(d2);
     best.along = along_[i] + t * (along_[i + 1] - along_[i]);
     best.beside = d.x * r.y - d.y * r.x > 0 ? 1 : -1;
   }

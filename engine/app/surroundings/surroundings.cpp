@@ -17,8 +17,8 @@ namespace typodont {
 namespace {
 
 // m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
-constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.7e-3;
-constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 0.8e-3;
+constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
+constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.0e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
@@ -101,6 +101,7 @@ struct SurroundingsShape::Impl {
   double half_width = 0;
   Jaw jaw;
   std::vector<Neighbour> neighbours;
+  std::optional<DamClamp> clamp;
 
   explicit Impl(const SurroundingsPlan& p)
       : plan(p),
@@ -118,6 +119,7 @@ struct SurroundingsShape::Impl {
       const ToothCopy copy(n, plan);
       add({copy, nullptr, Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) { return copy.from_tooth(q); })});
     }
+    if (plan.dam && plan.dam->clamp) clamp.emplace(jaw.to_row(middle), glm::dot(plan.margin, plan.crown), half_width);
     if (plan.row)
       for (const RowTooth& t : plan.row->teeth)
         add({{}, &t, Box::of(t.form.low(), t.form.high(), [&](const dvec3& q) {
@@ -157,7 +159,7 @@ struct SurroundingsShape::Impl {
   /// Box around the working tooth in which the gum and the dam are finer.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
-    const double along = plan.row ? kNear : plan.length / 2 + 1e-3;
+    const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
     const dvec3 reach = glm::abs(plan.arch) * along + glm::abs(across) * side;
     const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
     Box b;
@@ -263,6 +265,9 @@ double SurroundingsShape::tooth(const dvec3& p_W) const {
 double SurroundingsShape::dam(const dvec3& p_W) const {
   return impl_->plan.dam ? impl_->dam(p_W) : 1.0;
 }
+double SurroundingsShape::clamp(const dvec3& p_W) const {
+  return impl_->clamp ? impl_->clamp->distance(impl_->jaw.to_row(p_W)) : 1.0;
+}
 double SurroundingsShape::mouth(const dvec3& p_W) const {
   const Impl& shape = *impl_;
   if (shape.plan.mouth == Mouth::kNone) return 1.0;
@@ -344,30 +349,39 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   result.coarse_from = kCoarseFrom;
   render::MeshId id = render::kWorkingTooth + 1;
   const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
-  const auto add = [&](const dvec3& lo, std::array<std::vector<render::MeshUpdate>, 2>& meshes, double voxel,
-                       const auto& distance) {
-    shade_by_slope(meshes[1], lo, 0.5 * voxel, distance);
-    result.meshes.push_back({id++, lo, std::move(meshes[0]), std::move(meshes[1])});
+  // Meshes a body and paints it. A body far from the working tooth has one mesh, the coarse one.
+  const auto add = [&](const Box& box, double voxel, const std::array<float, 2>& tolerances, bool fine,
+                       const auto& distance, const auto& label, const auto& wanted, const auto& paint_mesh) {
+    std::array<std::vector<render::MeshUpdate>, 2> meshes;
+    if (fine)
+      meshes = meshes_of_field<2>(box.lo, box.hi, voxel, tolerances, distance, label, wanted);
+    else
+      meshes[1] = meshes_of_field<1>(box.lo, box.hi, voxel, {tolerances[1]}, distance, label, wanted)[0];
+    for (auto& mesh : meshes) paint_mesh(mesh);
+    shade_by_slope(meshes[1], box.lo, 0.5 * voxel, distance);
+    if (!fine) meshes[0] = meshes[1];
+    result.meshes.push_back({id++, box.lo, std::move(meshes[0]), std::move(meshes[1])});
   };
+  const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
     if (plan.dam) break;  // the sheet hides them
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
-    auto meshes = meshes_of_field<2>(n.box.lo, n.box.hi, voxel, kToothTolerance, distance,
-                                     [&](const dvec3& p) { return shape.tissue_at_surface(n, p); });
-    for (auto& mesh : meshes)
-      if (phantom) paint(mesh, render::kPlastic);
-    add(n.box.lo, meshes, voxel, distance);
+    add(
+        n.box, voxel, kToothTolerance, !shape.far(n), distance,
+        [&](const dvec3& p) { return shape.tissue_at_surface(n, p); }, everywhere,
+        [&](auto& mesh) {
+          if (phantom) paint(mesh, render::kPlastic);
+        });
   }
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
   // The gum or the dam: fine near the working tooth, coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
-  const auto soft = [&](const Box& box, double voxel, const auto& wanted) {
-    auto meshes = meshes_of_field<2>(box.lo, box.hi, voxel, kGumTolerance, distance, gum_label, wanted);
-    for (auto& mesh : meshes) {
+  const auto soft = [&](const Box& box, double voxel, bool fine, const auto& wanted) {
+    add(box, voxel, kGumTolerance, fine, distance, gum_label, wanted, [&](auto& mesh) {
       if (plan.dam)
         paint(mesh, render::kRubber);
       else if (phantom)
@@ -375,49 +389,45 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
       else
         paint(mesh, box.lo, Tissue::kGingiva, render::kMucosa,
               [&](const dvec3& p) { return plan.row ? shape.jaw.mucosa(shape.jaw.place(p)) : 0.0; });
-    }
-    add(box.lo, meshes, voxel, distance);
+    });
   };
   const Box near = [&] {
     Box box = shape.near_box();
     if (plan.dam) box.grow(box.hi + plan.crown * 8e-3);
     return box;
   }();
-  soft(near, plan.dam ? kDamVoxel : kGumVoxel, [](const dvec3&, const dvec3&) { return true; });
+  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
     // The coarse bricks overlap the fine ones by up to one brick; the fine ones hide the difference.
-    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel,
+    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel, false,
          [&](const dvec3& lo, const dvec3& hi) {
            return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
          });
   }
-  if (plan.dam && plan.dam->clamp) {
-    const DamClamp clamp(shape.jaw, shape.jaw.to_row(shape.middle), glm::dot(plan.margin, plan.crown),
-                         shape.half_width);
+  if (shape.clamp) {
+    const DamClamp& clamp = *shape.clamp;
     const auto steel = [&](const dvec3& p) { return clamp.distance(shape.jaw.to_row(p)); };
     const Box box = Box::of(clamp.low(), clamp.high(), [&](const dvec3& q) { return shape.jaw.from_row(q); });
-    auto meshes = meshes_of_field<2>(box.lo, box.hi, kClampVoxel, kGumTolerance, steel, gum_label);
-    for (auto& mesh : meshes) paint(mesh, Tissue::kAmalgam);
-    add(box.lo, meshes, kClampVoxel, steel);
+    add(box, kClampVoxel, kGumTolerance, true, steel, gum_label, everywhere,
+        [](auto& mesh) { paint(mesh, Tissue::kAmalgam); });
   }
   if (plan.mouth == Mouth::kNone) return result;
   const Box box = shape.arch_box(kMouthReach, 9e-3);
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    auto meshes = meshes_of_field<2>(box.lo, box.hi, kMouthVoxel, kGumTolerance, at, gum_label);
-    for (auto& mesh : meshes) paint(mesh, box.lo, matter, under, beneath);
-    add(box.lo, meshes, kMouthVoxel, at);
+    add(box, kMouthVoxel, kGumTolerance, false, at, gum_label, everywhere,
+        [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
   // Deep in the mouth the mucosa is darker.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
-    return 0.45 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
+    return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
   };
   if (phantom) {
-    body(render::kSkin, Tissue::kAir, &Jaw::cheek, plain);
+    body(render::kSkin, render::kPlastic, &Jaw::cheek, [](const dvec3&) { return 0.8; });
     body(render::kRubber, Tissue::kAir, &Jaw::lip, plain);
   } else {
     body(render::kMucosa, Tissue::kPulp, &Jaw::cheek, deep);

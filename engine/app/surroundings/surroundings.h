@@ -30,6 +30,7 @@ class SurroundingsShape {
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
   double dam(const dvec3& p_W) const;    // distance to the rubber dam with everything below its sheet
+  double clamp(const dvec3& p_W) const;  // distance to the dam's clamp
   double mouth(const dvec3& p_W) const;  // distance to the tongue, the cheeks and the lips, or to the mask
 
   /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the

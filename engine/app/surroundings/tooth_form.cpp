@@ -48,12 +48,13 @@ double ToothForm::distance(const dvec3& p) const {
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
   // The side. Its outline lies between an ellipse and a rectangle; the ellipse tells if more than that is needed.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
+  const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
+    if (ellipse < 1e-3) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
-  const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
-  if (z < 0.3 * height) return smooth_max(r > 1e-6 ? outline() : at_most, -root - z, 1e-3);
+  if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
   // The occlusal surface is the highest of the hills. Where two of them meet there is a groove.
   double first = -1, second = -1;
