@@ -86,7 +86,10 @@ SoftGumView::SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, co
 }
 
 void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse) {
-  if (whole.vertices.empty() || whole.vertices.front().tissue[0] != Tissue::kGingiva) return;
+  if (std::none_of(whole.vertices.begin(), whole.vertices.end(),
+                   [](const render::Vertex& v) { return v.tissue[0] == Tissue::kGingiva; })) {
+    return;
+  }
   const double reach = kReach * surface_->law().spacing;
   const auto near_points = [&](const dvec3& p_W, auto&& visit) {
     surface_->each_near(p_W - reach, p_W + reach, [&](std::uint32_t point) {
