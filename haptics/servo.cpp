@@ -361,7 +361,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   s.feel(touch);
   s.sink_tip(touch);
-  s.press_soft(touch);
+  if (s.soft) s.press_soft(touch);
   s.vibrate(touch);
   out.f_model_W = touch.force + touch.spindle_force;
   if (settings.filter != ForceFilter::kNone) {
@@ -370,7 +370,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.limit(touch);
   const dvec3 felt_torque = s.keep_passive(touch);
   s.remember(touch, felt_torque);
-  s.report_soft(touch);
+  if (s.soft) s.report_soft(touch);
   return removed;
 }
 

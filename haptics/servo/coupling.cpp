@@ -244,7 +244,6 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
 }
 
 void Servo::State::press_soft(ContactTick& now) noexcept {
-  if (!soft) return;
   const Pose X_WG{now.p_held, now.contact.holds_turn ? now.contact.R_WG : now.X_WT.R};
   if (soft->at_rest(X_WG, in_hand)) {
     soft_contact = {};

@@ -184,7 +184,7 @@ struct Servo::State {
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
-  /// Adds the contact with soft tissue to the published tick.
+  /// Adds the contact with soft tissue to the published tick. Only if `soft` is set.
   void report_soft(ContactTick& now) noexcept;
 
   // servo/cutting.cpp
@@ -200,7 +200,7 @@ struct Servo::State {
   void feel(ContactTick& now) noexcept;
   /// A sharp tip in softened tissue: it sinks under a push and sticks on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
-  /// Soft tissue yields under the tool and pushes it away.
+  /// Soft tissue yields under the tool and pushes it away. Only if `soft` is set.
   void press_soft(ContactTick& now) noexcept;
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;

@@ -5,14 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 
 #include "engine/app/haptic_loop.h"
+#include "engine/app/live/session.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/soft_gum_player.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/app/task/damage.h"
 #include "engine/base/units.h"
 #include "engine/session/ticks_csv.h"
 #include "tests/support/program.h"
@@ -125,6 +129,54 @@ TEST_F(SoftGum, ReplaysARecordedSessionBitForBit) {
   }
 }
 
+/// A hand that presses a probe into the gum and leaves, on a simulated clock.
+class PressingHand : public haptics::HapticDevice {
+ public:
+  explicit PressingHand(const dvec3& top) : top_(top) { info_.rate = 1000; }
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+  bool read(haptics::HandSample& sample) noexcept override {
+    clock += 1'000'000;
+    const double height = std::clamp(1e-3 - 4e-6 * ticks_, -0.6e-3, 1e-3);
+    sample = {clock, {top_ + dvec3(0, 0, 0.25e-3 + height)}, 0, 1};
+    return ++ticks_ <= 800;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  std::uint32_t faults() const noexcept override { return 0; }
+  static Nanos simulated() noexcept { return clock; }
+
+ private:
+  static inline Nanos clock = 0;
+  dvec3 top_;
+  haptics::DeviceInfo info_;
+  int ticks_ = 0;
+};
+
+TEST_F(SoftGum, OfALiveSessionReachesThePictureThroughAChannelThatMayBeFull) {
+  const Scene with_gum = read_scene(soft);
+  LiveSession session(with_gum, load_tissue(with_gum));
+  PressingHand hand(top);
+  session.serve(hand.info());
+  ASSERT_TRUE(session.gum);
+  Wiring& wiring = session.wiring;
+  wiring.gum_moves = std::make_unique<Ring<haptics::SoftMove>>(16);  // too small for one update
+  wiring.gum_wounds = std::make_unique<Ring<haptics::SoftWound>>(haptics::SoftTissue::kMaxWounds);
+  wiring.patch.offer(session.carver, top);
+  ServoTurns servo(session, hand, PressingHand::simulated);
+  std::map<std::uint32_t, float> seen;
+  while (servo.turn()) {
+    haptics::SoftMove move;
+    while (wiring.gum_moves->pop(move)) seen[move.point] = move.inward;
+  }
+  EXPECT_EQ(wiring.gum_moves->dropped(), 0u);
+  double deep = 0;
+  for (const auto& [point, inward] : seen) {
+    EXPECT_NEAR(inward, session.servo->soft()->inward(point), 30e-6) << point;
+    deep = std::max<double>(deep, inward);
+  }
+  EXPECT_GT(deep, 0.15e-3);
+  EXPECT_GT(seen.size(), 16u);
+}
+
 TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
   Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5"));
   ASSERT_EQ(ran.status, 0) << ran.err;
@@ -206,13 +258,22 @@ TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
   HapticLoop loop(with_gum, load_tissue(with_gum), 1000);
   haptics::SoftTissue& tissue = *loop.servo().soft();
   SoftGumView view(tissue.shared_surface(), around);
+  auto damage = damage_meter(with_gum);
   ServoTick tick;
   Cut cut;
   Nanos t = 0;
   for (int i = 0; i < 1500; ++i, t += 1'000'000) {
     const double height = i < 600 ? 1e-3 - 3e-6 * i : i < 1000 ? -0.8e-3 : std::min(-0.8e-3 + 10e-6 * (i - 1000), 3e-3);
     loop.tick({t, {top + dvec3(0, 0, 0.6e-3 + height)}, i < 1000 ? 1.0 : 0.0, 0}, tick, cut);
+    damage->add({&tick, 1});
   }
+  // The report counts the volume that the rotating head swept in the resting gum. The head removed nearly all of it.
+  double removed = 0;
+  for (std::uint32_t i = 0; i < tissue.surface().points().size(); ++i) {
+    removed += tissue.cut_depth(i) * tissue.surface().points()[i].area;
+  }
+  EXPECT_GT(removed, 0.05e-9);
+  EXPECT_NEAR(damage->result().gum_volume / removed, 1, 0.5);
   ASSERT_FALSE(tissue.wounds().empty());
   const auto reddest = [&](Nanos at) {
     view.take(tissue);

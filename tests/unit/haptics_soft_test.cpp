@@ -271,6 +271,16 @@ TEST(SoftServo, TheSameHandFeelsTheMirroredForceOnTheMirroredSide) {
   EXPECT_GT(strongest, 0.2);
 }
 
+TEST(SoftServo, WorksBesideEveryContactModelOfAField) {
+  for (const char* model : {"offset", "voxel_penalty", "mesh_lod", "vertex"}) {
+    haptics::ServoSettings settings = test::soft_settings(ball_probe());
+    settings.method = haptics::contact_method(model, "test");
+    test::HapticBench bench(test::kBlockFarBelow, settings);
+    for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 0.7_mm - 2e-6 * i}});
+    EXPECT_GT(bench.last.f_T_W.z, 0.1) << model;
+  }
+}
+
 TEST(SoftServo, PublishesTheYieldedToolAsGum) {
   test::HapticBench bench(test::kBlockFarBelow, test::soft_settings(ball_probe()));
   for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 0.7_mm - 2e-6 * i}});

@@ -10,12 +10,13 @@ namespace typodont {
 
 namespace {
 
-constexpr double kReach = 1.7;      // reach of a point's influence, in distances between points
-constexpr float kEdge = 0.3e-3f;    // m, longest edge of a triangle near soft points
-constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
-constexpr double kGrowth = 30e-6;   // m, growth of a wet patch from which it is drawn again
-constexpr float kOpaque = 0.95f;    // fraction of the blood's colour in the middle of a patch
-constexpr double kRimWidth = 0.35;  // width of a patch's rim relative to its radius
+constexpr double kReach = 1.7;         // reach of a point's influence, in distances between points
+constexpr float kEdge = 0.3e-3f;       // m, longest edge of a triangle near soft points
+constexpr int kSplits = 4;             // limit of the number of times that an edge is halved
+constexpr double kGrowth = 30e-6;      // m, growth of a wet patch from which it is drawn again
+constexpr float kOpaque = 0.95f;       // fraction of the blood's colour in the middle of a patch
+constexpr double kRimWidth = 0.22;     // width of a patch's rim relative to its radius
+constexpr double kLeastRim = 0.35e-3;  // m, least width of the rim; triangles would show in a narrower one
 
 render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
   render::Vertex m = a;
@@ -85,7 +86,10 @@ SoftGumView::SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, co
 }
 
 void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse) {
-  if (whole.vertices.empty() || whole.vertices.front().tissue[0] != Tissue::kGingiva) return;
+  if (std::none_of(whole.vertices.begin(), whole.vertices.end(),
+                   [](const render::Vertex& v) { return v.tissue[0] == Tissue::kGingiva; })) {
+    return;
+  }
   const double reach = kReach * surface_->law().spacing;
   const auto near_points = [&](const dvec3& p_W, auto&& visit) {
     surface_->each_near(p_W - reach, p_W + reach, [&](std::uint32_t point) {
@@ -189,11 +193,11 @@ float SoftGumView::blood_at(const dvec3& p_W) const {
   for (const Wound& wound : wounds_) {
     if (!(wound.drawn > 0)) continue;
     const dvec3 off = p_W - wound.place.p_W;
-    const dvec3 wave = off * 2400.0;  // 1/m; lobes of about a millimetre
-    const double lobes =
-        std::sin(wave.x + 1.3 * std::sin(wave.z)) * std::sin(wave.y + 0.7) + 0.5 * std::sin(2.1 * wave.z);
-    const double rim = wound.drawn * (1 + 0.12 * lobes);
-    most = std::max(most, std::clamp((1 - glm::length(off) / rim) / kRimWidth, 0.0, 1.0));
+    const dvec3 wave = 1600.0 * off;  // 1/m; lobes of some millimetres
+    const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
+                         0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
+    const double rim = wound.drawn * (1 + 0.05 * lobes);
+    most = std::max(most, std::clamp((rim - glm::length(off)) / std::max(kRimWidth * rim, kLeastRim), 0.0, 1.0));
   }
   return static_cast<float>(most * most * (3 - 2 * most));
 }
