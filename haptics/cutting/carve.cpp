@@ -58,7 +58,8 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (a.x > b.x || a.y > b.y || a.z > b.z) return {};
   RemovedVolume removed;
   const bool graded = hardened && !patch.hardness.empty();
-  if (graded) removed.graded = {patch.distance.data(), patch.tissue.data(), patch.hardness.data()};
+  const bool filled = patch.filled_lo.x <= patch.filled_hi.x;
+  if (graded) removed.graded = {patch.distance.data(), filled ? patch.tissue.data() : nullptr, patch.hardness.data()};
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);

@@ -34,9 +34,10 @@ struct Taken {
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
-    if (graded.hardness) {
+    if (graded.hardness && any_positive(taken)) {
       const std::ptrdiff_t at = samples - graded.distance;
-      const Ints weighted = taken * felt_hardness(graded.tissue + at, graded.hardness + at);
+      const Tissue* const labels = graded.tissue ? graded.tissue + at : nullptr;
+      const Ints weighted = taken * felt_hardness(labels, graded.hardness + at);
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }

@@ -80,10 +80,15 @@ TYPODONT_KERNEL Ints low_half(Ints v) {
 TYPODONT_KERNEL Ints high_half(Ints v) {
   return v >> 16;
 }
-/// Hardness bytes of samples (label.h, hardness.h): that of the filling where a sample is filled.
+/// Hardness bytes of samples (label.h, hardness.h): that of the filling where a sample is filled. `labels`: null if
+/// no sample is filled.
 TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
-  const B8 filled = (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
-  return __builtin_convertvector(*reinterpret_cast<const B8*>(hardness) | filled, I8);
+  B8 bytes = *reinterpret_cast<const B8*>(hardness);
+  if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
+  return __builtin_convertvector(bytes, I8);
+}
+TYPODONT_KERNEL bool any_positive(Ints v) {
+  return any_of(v > 0);
 }
 TYPODONT_KERNEL bool any(Mask mask) {
   return any_of(mask);
@@ -207,8 +212,8 @@ TYPODONT_KERNEL Ints high_half(const Ints& v) {
 TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   Ints felt;
   for (int i = 0; i < 4; ++i) {
-    felt.low[i] = is_filled(labels[i]) ? kOwnHardness : hardness[i];
-    felt.high[i] = is_filled(labels[4 + i]) ? kOwnHardness : hardness[4 + i];
+    felt.low[i] = labels && is_filled(labels[i]) ? kOwnHardness : hardness[i];
+    felt.high[i] = labels && is_filled(labels[4 + i]) ? kOwnHardness : hardness[4 + i];
   }
   return felt;
 }
@@ -219,6 +224,9 @@ TYPODONT_KERNEL bool any(const Mask& mask) {
 #else
   return (both[0] | both[1] | both[2] | both[3]) != 0;
 #endif
+}
+TYPODONT_KERNEL bool any_positive(const Ints& v) {
+  return any(Ints{v.low > 0, v.high > 0});
 }
 TYPODONT_KERNEL bool every(const Mask& mask) {
   return !any({~mask.low, ~mask.high});
@@ -241,86 +249,90 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #pragma GCC target("arch=x86-64-v4")
 // Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Masked forms are used for some
 // operations, because GCC 12 warns wrongly about an unused operand of the plain ones.
-#define TYPODONT_MASKED_LANES(V, P, COUNT, M)                                                 \
-  using Floats = V;                                                                           \
-  typedef int Ints __attribute__((vector_size(4 * COUNT)));                                   \
-  using Mask = unsigned;                                                                      \
-  constexpr int kLanes = COUNT;                                                               \
-  constexpr M kEvery = (1u << COUNT) - 1;                                                     \
-  TYPODONT_KERNEL Floats load(const float* p) {                                               \
-    return P##_loadu_ps(p);                                                                   \
-  }                                                                                           \
-  TYPODONT_KERNEL void store(float* p, Floats v) {                                            \
-    P##_storeu_ps(p, v);                                                                      \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats all(float v) {                                                       \
-    return P##_set1_ps(v);                                                                    \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {                                   \
-    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));                                 \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask first(int count) {                                                     \
-    return (1u << count) - 1;                                                                 \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask everywhere() {                                                         \
-    return kEvery;                                                                            \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask nowhere() {                                                            \
-    return 0;                                                                                 \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                                             \
-    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                                                 \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {                           \
-    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                     \
-  }                                                                                           \
-  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                                          \
-    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                                                 \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {                             \
-    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);                                  \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                                         \
-    return P##_maskz_min_ps(kEvery, a, b);                                                    \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                                        \
-    return P##_maskz_max_ps(kEvery, a, b);                                                    \
-  }                                                                                           \
-  TYPODONT_KERNEL Floats root(Floats v) {                                                     \
-    return P##_maskz_sqrt_ps(kEvery, v);                                                      \
-  }                                                                                           \
-  TYPODONT_KERNEL Ints as_ints(Floats v) {                                                    \
-    return (Ints)v;                                                                           \
-  }                                                                                           \
-  typedef std::uint8_t Bytes __attribute__((vector_size(COUNT), aligned(1), may_alias));      \
-  TYPODONT_KERNEL Ints low_half(Ints v) {                                                     \
-    return v & 0xffff;                                                                        \
-  }                                                                                           \
-  TYPODONT_KERNEL Ints high_half(Ints v) {                                                    \
-    return v >> 16;                                                                           \
-  }                                                                                           \
-  TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {    \
-    const Bytes filled = (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);           \
-    return __builtin_convertvector(*reinterpret_cast<const Bytes*>(hardness) | filled, Ints); \
-  }                                                                                           \
-  TYPODONT_KERNEL bool any(Mask mask) {                                                       \
-    return mask != 0;                                                                         \
-  }                                                                                           \
-  TYPODONT_KERNEL unsigned bits(Mask mask) {                                                  \
-    return mask;                                                                              \
-  }                                                                                           \
-  TYPODONT_KERNEL bool every(Mask mask) {                                                     \
-    return (mask & kEvery) == kEvery;                                                         \
+#define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
+  using Floats = V;                                                                        \
+  typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \
+  using Mask = unsigned;                                                                   \
+  constexpr int kLanes = COUNT;                                                            \
+  constexpr M kEvery = (1u << COUNT) - 1;                                                  \
+  TYPODONT_KERNEL Floats load(const float* p) {                                            \
+    return P##_loadu_ps(p);                                                                \
+  }                                                                                        \
+  TYPODONT_KERNEL void store(float* p, Floats v) {                                         \
+    P##_storeu_ps(p, v);                                                                   \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats all(float v) {                                                    \
+    return P##_set1_ps(v);                                                                 \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {                                \
+    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));                              \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask first(int count) {                                                  \
+    return (1u << count) - 1;                                                              \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask everywhere() {                                                      \
+    return kEvery;                                                                         \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask nowhere() {                                                         \
+    return 0;                                                                              \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                                          \
+    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                                              \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {                        \
+    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                  \
+  }                                                                                        \
+  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                                       \
+    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                                              \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {                          \
+    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);                               \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                                      \
+    return P##_maskz_min_ps(kEvery, a, b);                                                 \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                                     \
+    return P##_maskz_max_ps(kEvery, a, b);                                                 \
+  }                                                                                        \
+  TYPODONT_KERNEL Floats root(Floats v) {                                                  \
+    return P##_maskz_sqrt_ps(kEvery, v);                                                   \
+  }                                                                                        \
+  TYPODONT_KERNEL Ints as_ints(Floats v) {                                                 \
+    return (Ints)v;                                                                        \
+  }                                                                                        \
+  typedef std::uint8_t Bytes __attribute__((vector_size(COUNT), aligned(1), may_alias));   \
+  TYPODONT_KERNEL Ints low_half(Ints v) {                                                  \
+    return v & 0xffff;                                                                     \
+  }                                                                                        \
+  TYPODONT_KERNEL Ints high_half(Ints v) {                                                 \
+    return v >> 16;                                                                        \
+  }                                                                                        \
+  TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) { \
+    Bytes bytes = *reinterpret_cast<const Bytes*>(hardness);                               \
+    if (labels) bytes |= (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);        \
+    return __builtin_convertvector(bytes, Ints);                                           \
+  }                                                                                        \
+  TYPODONT_KERNEL bool any_positive(Ints v) {                                              \
+    return P##_test_epi32_mask((I)v, (I)v) != 0;                                           \
+  }                                                                                        \
+  TYPODONT_KERNEL bool any(Mask mask) {                                                    \
+    return mask != 0;                                                                      \
+  }                                                                                        \
+  TYPODONT_KERNEL unsigned bits(Mask mask) {                                               \
+    return mask;                                                                           \
+  }                                                                                        \
+  TYPODONT_KERNEL bool every(Mask mask) {                                                  \
+    return (mask & kEvery) == kEvery;                                                      \
   }
 
 namespace sixteen {
-TYPODONT_MASKED_LANES(__m512, _mm512, 16, __mmask16)
+TYPODONT_MASKED_LANES(__m512, __m512i, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
 /// Eight lanes, for groups of at most eight samples: half the work on processors that process sixteen lanes in two
 /// halves.
 namespace eight_masked {
-TYPODONT_MASKED_LANES(__m256, _mm256, 8, __mmask8)
+TYPODONT_MASKED_LANES(__m256, __m256i, _mm256, 8, __mmask8)
 }  // namespace eight_masked
 #undef TYPODONT_MASKED_LANES
 #pragma GCC pop_options

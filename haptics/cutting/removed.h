@@ -15,11 +15,13 @@ namespace typodont::haptics {
 /// Samples of a graded patch, with the same index in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;
+  const Tissue* tissue = nullptr;          // null: no sample is filled
   const std::uint8_t* hardness = nullptr;  // null: the tissue is not graded
 
   /// Hardness byte of a sample, or that of the filling that covers it.
-  std::uint8_t felt(std::ptrdiff_t at) const noexcept { return is_filled(tissue[at]) ? kOwnHardness : hardness[at]; }
+  std::uint8_t felt(std::ptrdiff_t at) const noexcept {
+    return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
+  }
 };
 
 /// What a cut removed, summed by the kernels while they cut.

@@ -5,12 +5,18 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #include "engine/base/dispatch.h"
 #include "haptics/hardness.h"
 #include "haptics/label.h"
 #include "haptics/lanes.h"
 #include "haptics/work.h"
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define TYPODONT_GATHERS 1
+#include <immintrin.h>
+#endif
 
 namespace typodont::haptics::implant {
 
@@ -21,152 +27,244 @@ constexpr double kAhead = 1.5;
 constexpr double kFalls = 0.5;     // voxels, least decrease of the field over kAhead voxels that indicates an obstacle
 constexpr double kTouches = 0.25;  // voxels, distance from bone up to which an obstacle blocks the advance
 constexpr std::size_t kBlock = EndVoxels::kBlock;
+constexpr std::uint32_t kLawsOfFloats = 6;  // the first version of the servo's laws that evaluates in floats
 
-/// The arguments of look_at_end() as plain data.
+/// Reads the samples at kBlock indices.
+struct Reader {
+  /// Two neighbouring samples at each index.
+  void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
+  void (*samples)(const float* from, const std::int32_t* at, float* to);
+  void (*bytes)(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to);
+};
+
+namespace plain {
+void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
+  for (std::size_t i = 0; i < kBlock; ++i) low[i] = from[at[i]], high[i] = from[at[i] + 1];
+}
+void samples(const float* from, const std::int32_t* at, float* to) {
+  for (std::size_t i = 0; i < kBlock; ++i) to[i] = from[at[i]];
+}
+void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
+  for (std::size_t i = 0; i < kBlock; ++i) to[i] = from[at[i]];
+}
+}  // namespace plain
+
+#ifdef TYPODONT_GATHERS
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+// Masked forms, because GCC 12 warns wrongly about an unused operand of the plain ones.
+namespace gathered {
+void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
+  const __m512i none = _mm512_setzero_si512();
+  const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30),
+                odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+  for (std::size_t i = 0; i < kBlock; i += 16) {
+    const __m256i first = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at + i)),
+                  second = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at + i + 8));
+    const __m512i a = _mm512_mask_i32gather_epi64(none, 0xff, first, from, sizeof(float)),
+                  b = _mm512_mask_i32gather_epi64(none, 0xff, second, from, sizeof(float));
+    _mm512_storeu_si512(low + i, _mm512_permutex2var_epi32(a, even, b));
+    _mm512_storeu_si512(high + i, _mm512_permutex2var_epi32(a, odd, b));
+  }
+}
+void samples(const float* from, const std::int32_t* at, float* to) {
+  for (std::size_t i = 0; i < kBlock; i += 16) {
+    const __m512i index = _mm512_loadu_si512(at + i);
+    _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
+  }
+}
+/// Reads three bytes beyond the last one, which a patch has, because tool voxels stay away from its border.
+void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
+  const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
+  for (std::size_t i = 0; i < kBlock; i += 16) {
+    const __m512i index = _mm512_loadu_si512(at + i);
+    const __m512i four = _mm512_mask_i32gather_epi32(none, 0xffff, index, from, 1);
+    _mm512_storeu_si512(to + i, _mm512_and_si512(four, byte));
+  }
+}
+}  // namespace gathered
+#pragma GCC pop_options
+#endif
+
+Reader fastest_reader() {
+#ifdef TYPODONT_GATHERS
+  if (__builtin_cpu_supports("x86-64-v4")) return {gathered::pairs, gathered::samples, gathered::bytes};
+#endif
+  return {plain::pairs, plain::samples, plain::bytes};
+}
+
+/// The arguments of look_at_end() as plain data. `Real` is the type of the computation: float, or double for recordings
+/// by older laws. Positions are relative to a voxel near the tool, so that floats suffice.
+template <class Real>
 struct Task {
+  using Vector = glm::vec<3, Real>;
+
   const EndVoxels& voxels;
   const EndLaw& law;
+  Reader reader;
   const float* distance;
   const Tissue* tissue;
   const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
-  dvec3 center;  // voxels
-  glm::dmat3 R;  // from T (m) to V (voxels), without the translation
-  // voxels, vector of length kAhead from a tool voxel to a point ahead of it; an obstacle contains this point
-  dvec3 beyond;
-  double slowness;  // s/rad, 1 divided by the spindle's speed; 0 for a stopped spindle
+  Vector center;           // voxels
+  glm::mat<3, 3, Real> R;  // from T (m) to V (voxels), without the translation
+  Vector beyond;           // voxels, from a tool voxel to the place where an obstacle must continue
+  Real slowness;           // s/rad, 1 over the spindle's speed; 0 if it stands still
 };
 
-/// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a double, so that the
-/// compiler can vectorise loops that use both.
+/// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a number, so that loops over
+/// both become vector code.
+template <class Real>
 struct alignas(64) Block {
-  double x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in V
-  double field[kBlock];                    // voxels, distance from bone at the voxel's centre
-  double gap[kBlock];                      // m, distance of the voxel's surface from bone
-  std::int64_t touches[kBlock];            // the voxel is in contact with bone
-  std::int64_t stops[kBlock];              // the voxel cannot cut the bone that it touches
-  double ahead[kBlock];                    // voxels, field value at `beyond`
-  std::int32_t at[kBlock];                 // index of the sample to read
-  std::int64_t label[kBlock];              // tissue at `beyond`
-  std::int32_t byte[kBlock];               // hardness at `beyond`, as in hardness.h
-  double energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  double area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // each voxel's terms of the sums in EndLook
+  using Flag = std::conditional_t<std::is_same_v<Real, float>, std::int32_t, std::int64_t>;
+
+  Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in V
+  Real field[kBlock];                    // voxels, distance from bone at the voxel's centre
+  Real gap[kBlock];                      // m, distance of the voxel's surface from bone
+  Flag touches[kBlock];                  // the voxel is in contact with bone
+  Flag stops[kBlock];                    // the voxel cannot cut the bone that it touches
+  Real ahead[kBlock];                    // voxels, distance from bone at `beyond`
+  std::int32_t at[kBlock];               // index of the sample to read
+  Flag label[kBlock];                    // tissue at `beyond`
+  std::int32_t byte[kBlock];             // hardness there, see hardness.h
+  Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
+  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // the voxel's summands
 };
 
-/// Samples the field trilinearly at the voxels, with the same bits as sample_linear(). Returns true if any voxel is
-/// less than one patch voxel away from bone.
-TYPODONT_KERNEL bool sample(const Task& task, std::size_t first, Block& b) {
+/// Trilinear samples as sample_linear() computes them. Returns whether any voxel is nearer to bone than a patch voxel.
+template <class Real>
+TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Real>& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
   const float* const vz = task.voxels.z.data() + first;
   const float* const outside = task.voxels.outside.data() + first;
-  const glm::dmat3 R = task.R;
-  const dvec3 center = task.center;
-  const double lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z, h = task.law.voxel;
+  const auto R = task.R;
+  const auto center = task.center;
+  const Real lo_x = static_cast<Real>(task.lo_x), lo_y = static_cast<Real>(task.lo_y),
+             lo_z = static_cast<Real>(task.lo_z), h = static_cast<Real>(task.law.voxel);
   const std::int32_t n = task.n;
-  alignas(64) double u[kBlock], v[kBlock], w[kBlock];
+  alignas(64) Real u[kBlock], v[kBlock], w[kBlock];
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const double x = static_cast<double>(vx[i]), y = static_cast<double>(vy[i]), z = static_cast<double>(vz[i]);
-    const double px = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
-    const double py = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
-    const double pz = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
+    const Real x = static_cast<Real>(vx[i]), y = static_cast<Real>(vy[i]), z = static_cast<Real>(vz[i]);
+    const Real px = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
+    const Real py = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
+    const Real pz = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
     b.x[i] = px, b.y[i] = py, b.z[i] = pz;
-    const double qx = px - lo_x, qy = py - lo_y, qz = pz - lo_z;
+    const Real qx = px - lo_x, qy = py - lo_y, qz = pz - lo_z;
     const auto ix = static_cast<std::int32_t>(qx), iy = static_cast<std::int32_t>(qy),
                iz = static_cast<std::int32_t>(qz);
-    u[i] = qx - ix, v[i] = qy - iy, w[i] = qz - iz;
+    u[i] = qx - static_cast<Real>(ix), v[i] = qy - static_cast<Real>(iy), w[i] = qz - static_cast<Real>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
   // The eight corners of each cell as four pairs along z, because a pair is one load.
-  alignas(64) float pairs[4][2 * kBlock];
+  alignas(64) float low[4][kBlock], high[4][kBlock];
   const std::ptrdiff_t sy = n, sx = sy * sy;
+  task.reader.pairs(task.distance, b.at, low[0], high[0]);
+  task.reader.pairs(task.distance + sy, b.at, low[1], high[1]);
+  task.reader.pairs(task.distance + sx, b.at, low[2], high[2]);
+  task.reader.pairs(task.distance + sx + sy, b.at, low[3], high[3]);
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const float* const corner = task.distance + b.at[i];
-    std::memcpy(&pairs[0][2 * i], corner, 2 * sizeof(float));
-    std::memcpy(&pairs[1][2 * i], corner + sy, 2 * sizeof(float));
-    std::memcpy(&pairs[2][2 * i], corner + sx, 2 * sizeof(float));
-    std::memcpy(&pairs[3][2 * i], corner + sx + sy, 2 * sizeof(float));
-  }
-  for (std::size_t i = 0; i < kBlock; ++i) {
-    double along_z[4];
-    for (int k = 0; k < 4; ++k) {
-      const float low = pairs[k][2 * i], high = pairs[k][2 * i + 1];
-      along_z[k] = static_cast<double>(low) + w[i] * static_cast<double>(high - low);
-    }
-    const double near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
-                 far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
+    Real along_z[4];
+    for (int k = 0; k < 4; ++k)
+      along_z[k] = static_cast<Real>(low[k][i]) + w[i] * static_cast<Real>(high[k][i] - low[k][i]);
+    const Real near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
+               far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
     b.field[i] = near + u[i] * (far - near);
   }
-  std::int64_t any = 0;
+  typename Block<Real>::Flag any = 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    b.gap[i] = b.field[i] * h + static_cast<double>(outside[i]);
+    b.gap[i] = b.field[i] * h + static_cast<Real>(outside[i]);
     b.touches[i] = b.gap[i] < h ? 1 : 0;
     any |= b.touches[i];
   }
   return any != 0;
 }
 
-/// std::round() without a function call.
-TYPODONT_KERNEL double rounded(double v) {
-  const double whole = static_cast<std::int32_t>(v), rest = v - whole;
-  return whole + (rest >= 0.5 ? 1.0 : 0.0) - (rest <= -0.5 ? 1.0 : 0.0);
+/// std::round(), without a call.
+template <class Real>
+TYPODONT_KERNEL std::int32_t rounded(Real v) {
+  const Real whole = static_cast<Real>(static_cast<std::int32_t>(v)), rest = v - whole;
+  const Real up = rest >= Real{0.5} ? Real{1} : Real{0}, down = rest <= Real{-0.5} ? Real{1} : Real{0};
+  return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Finds the bone in front of the voxels that touch bone. An obstacle must continue ahead of the tool; bone beside
-/// the tool is not an obstacle. Returns the labels of the bone ahead of these voxels, as a set of bits.
-TYPODONT_KERNEL std::uint64_t look_beyond(const Task& task, Block& b) {
-  const double n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
-  const dvec3 beyond = task.beyond;
+/// Finds the bone in front of the voxels that touch. An obstacle must continue ahead of the tool; bone beside the tool
+/// is not an obstacle. Returns the labels of the bone at the voxels that still touch, as bits.
+template <class Real>
+TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
+  using Flag = typename Block<Real>::Flag;
+  const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
+  const auto beyond = task.beyond;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const double x = rounded(b.x[i] + beyond.x) - lo_x, y = rounded(b.y[i] + beyond.y) - lo_y,
-                 z = rounded(b.z[i] + beyond.z) - lo_z;
-    const double at = (x * n + y) * n + z;  // an integer, which a double stores exactly
-    b.at[i] = static_cast<std::int32_t>(b.touches[i] != 0 ? at : 0.0);
+    const std::int32_t x = rounded(b.x[i] + beyond.x) - lo_x, y = rounded(b.y[i] + beyond.y) - lo_y,
+                       z = rounded(b.z[i] + beyond.z) - lo_z;
+    b.at[i] = static_cast<std::int32_t>(b.touches[i]) * ((x * n + y) * n + z);
   }
+  alignas(64) float ahead[kBlock];
+  alignas(64) std::int32_t tissue[kBlock], hardness[kBlock];
+  task.reader.samples(task.distance, b.at, ahead);
+  task.reader.bytes(reinterpret_cast<const std::uint8_t*>(task.tissue), b.at, tissue);
+  if (task.hardness != nullptr) task.reader.bytes(task.hardness, b.at, hardness);
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const std::int32_t at = b.at[i];
-    const Tissue tissue = task.tissue[at];
-    b.ahead[i] = static_cast<double>(task.distance[at]);
-    b.label[i] = static_cast<std::int64_t>(shown(tissue));
-    b.byte[i] = task.hardness != nullptr && !is_filled(tissue) ? task.hardness[at] : kOwnHardness;
+    b.ahead[i] = static_cast<Real>(ahead[i]);
+    b.label[i] = tissue[i] & kShown;
+    b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  std::int64_t labels = 0;  // one bit for each label
+  Flag labels = 0;  // one bit for each label
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const std::int64_t falls = b.field[i] - b.ahead[i] < kFalls ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
+    const Flag falls = b.field[i] - b.ahead[i] < static_cast<Real>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
     labels |= b.touches[i] << b.label[i];
   }
   return static_cast<std::uint64_t>(labels);
 }
 
-/// The summands of eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the sums of the other
-/// components around the axis are zero. A voxel that does not touch bone adds 0. Returns true if any voxel stops the
-/// tool.
-TYPODONT_KERNEL bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
+/// The summands of eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the other components
+/// cancel around the axis. A voxel that does not touch adds 0. Returns whether any voxel stops the tool.
+template <class Real>
+TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
+  using Flag = typename Block<Real>::Flag;
   const EndLaw& law = task.law;
-  const std::int64_t only = std::has_single_bit(labels) ? std::countr_zero(labels) : -1;
-  for (std::size_t i = 0; i < kBlock; ++i) {
-    const auto t = static_cast<std::size_t>(only >= 0 ? only : b.label[i]);
-    b.energy[i] = law.energy[t], b.grey[i] = law.grey[t], b.grey_per_hardness[i] = law.grey_per_hardness[t];
+  if (std::has_single_bit(labels)) {
+    const auto t = static_cast<std::size_t>(std::countr_zero(labels));
+    const Real energy = static_cast<Real>(law.energy[t]), grey = static_cast<Real>(law.grey[t]),
+               grey_per_hardness = static_cast<Real>(law.grey_per_hardness[t]);
+    for (std::size_t i = 0; i < kBlock; ++i)
+      b.energy[i] = energy, b.grey[i] = grey, b.grey_per_hardness[i] = grey_per_hardness;
+  } else {
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const auto t = static_cast<std::size_t>(b.label[i]);
+      b.energy[i] = static_cast<Real>(law.energy[t]), b.grey[i] = static_cast<Real>(law.grey[t]);
+      b.grey_per_hardness[i] = static_cast<Real>(law.grey_per_hardness[t]);
+    }
   }
   const float* const area = task.voxels.area.data() + first;
   const float* const facing = task.voxels.facing.data() + first;
   const float* const inverse_r = task.voxels.inverse_r.data() + first;
   const float* const ability = task.voxels.ability.data() + first;
-  const double per_voxel = 1 / law.voxel, share = task.voxels.share, slowness = task.slowness;
-  const double unit = task.hardness != nullptr ? 1.0 / kOwnHardness : 0, own = task.hardness != nullptr ? 0 : 1;
-  const double most = law.greatest_grey;
-  const std::int64_t cuts = law.cuts ? 1 : 0;
+  const float* const inverse_ability = task.voxels.inverse_ability.data() + first;
+  const Real per_voxel = static_cast<Real>(1 / law.voxel), share = static_cast<Real>(task.voxels.share),
+             slowness = task.slowness;
+  const Real unit = task.hardness != nullptr ? static_cast<Real>(1.0 / kOwnHardness) : 0,
+             own = task.hardness != nullptr ? 0 : 1;
+  const Real most = static_cast<Real>(law.greatest_grey);
+  const Flag cuts = law.cuts ? 1 : 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const double close = 1 - b.gap[i] * per_voxel, weight = close < 1.0 ? close : 1.0;
-    const double hardness = b.byte[i] * unit + own, able = static_cast<double>(ability[i]);
-    const double grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
-    const double contact = static_cast<double>(area[i]) * share * weight;
-    const double front = static_cast<double>(facing[i]);
-    const double cut = b.energy[i] * hardness / able * front * contact * slowness;
-    const double thrust = cut * front * static_cast<double>(inverse_r[i]), hard_contact = contact * hardness;
-    const std::int64_t able_to = able > 0 ? cuts : 0, soft = grey <= most ? 1 : 0;
-    const std::int64_t touches = b.touches[i], cutting = touches & able_to & soft;
+    const Real close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
+    const Real hardness = static_cast<Real>(b.byte[i]) * unit + own, able = static_cast<Real>(ability[i]);
+    const Real grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
+    const Real contact = static_cast<Real>(area[i]) * share * weight;
+    const Real front = static_cast<Real>(facing[i]);
+    Real specific = b.energy[i] * hardness;  // J/m³
+    if constexpr (std::is_same_v<Real, float>) {
+      specific *= inverse_ability[i];
+    } else {
+      specific /= able;
+    }
+    const Real cut = specific * front * contact * slowness;
+    const Real thrust = cut * front * static_cast<Real>(inverse_r[i]), hard_contact = contact * hardness;
+    const Flag able_to = able > 0 ? cuts : 0, soft = grey <= most ? 1 : 0;
+    const Flag touches = b.touches[i], cutting = touches & able_to & soft;
     b.stops[i] = touches - cutting;
     b.grey[i] = touches != 0 ? grey : 0;
     b.area[i] = touches != 0 ? contact : 0;
@@ -174,53 +272,109 @@ TYPODONT_KERNEL bool evaluate(const Task& task, std::size_t first, std::uint64_t
     b.cut[i] = cutting != 0 ? cut : 0;
     b.thrust[i] = cutting != 0 ? thrust : 0;
   }
-  std::int64_t any = 0;
+  Flag any = 0;
   for (std::size_t i = 0; i < kBlock; ++i) any |= b.stops[i];
   return any != 0;
 }
 
-TYPODONT_KERNEL void add_stops(const Task& task, std::size_t first, const Block& b, EndLook& look) {
+template <class Real>
+TYPODONT_KERNEL void add_stops(const Task<Real>& task, std::size_t first, const Block<Real>& b, EndLook& look) {
   const double h = task.law.voxel;
   const auto width = static_cast<float>(task.law.width);
   for (std::size_t i = 0; i < kBlock; ++i) {
     if (b.stops[i] == 0 || task.voxels.r[first + i] > width) continue;
-    look.free = std::min(look.free, std::max(b.gap[i], 0.0));
-    if (b.gap[i] <= kTouches * h) look.collided += b.area[i];
+    const auto gap = static_cast<double>(b.gap[i]);
+    look.free = std::min(look.free, std::max(gap, 0.0));
+    if (gap <= kTouches * h) look.collided += static_cast<double>(b.area[i]);
   }
 }
 
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_blocks(const Task* task, EndLook* result) {
-  EndLook& look = *result;
-  double engaged = 0, drag = 0, turning = 0;
-  Block b;
-  alignas(64) double grey[kBlock] = {};
-  for (std::size_t first = 0; first < task->voxels.x.size(); first += kBlock) {
-    if (!sample(*task, first, b)) continue;
-    const std::uint64_t labels = look_beyond(*task, b);
+/// A sum over voxels. Floats are summed in kBlock partial sums, which are vector code; doubles one after the other, as
+/// the laws before kLawsOfFloats did.
+template <class Real>
+struct Sum;
+template <>
+struct Sum<float> {
+  alignas(64) float parts[kBlock] = {};
+  TYPODONT_KERNEL void add(const float* summands) {
+    for (std::size_t i = 0; i < kBlock; ++i) parts[i] += summands[i];
+  }
+  TYPODONT_KERNEL void add(std::size_t i, float summand) { parts[i] += summand; }
+  TYPODONT_KERNEL double total() const {
+    double sum = 0;
+    for (const float part : parts) sum += static_cast<double>(part);
+    return sum;
+  }
+};
+template <>
+struct Sum<double> {
+  double sum = 0;
+  TYPODONT_KERNEL void add(const double* summands) {
+    for (std::size_t i = 0; i < kBlock; ++i) sum += summands[i];
+  }
+  TYPODONT_KERNEL void add(std::size_t, double summand) { sum += summand; }
+  TYPODONT_KERNEL double total() const { return sum; }
+};
+
+template <class Real>
+TYPODONT_KERNEL void look_at_all(const Task<Real>& task, EndLook& look) {
+  Sum<Real> engaged, drag, turning, tissue[kTissueCount], hardness[kTissueCount];
+  Block<Real> b;
+  alignas(64) Real grey[kBlock] = {};
+  for (std::size_t first = 0; first < task.voxels.x.size(); first += kBlock) {
+    if (!sample(task, first, b)) continue;
+    const std::uint64_t labels = look_beyond(task, b);
     if (labels == 0) continue;
-    if (evaluate(*task, first, labels, b)) add_stops(*task, first, b, look);
+    if (evaluate(task, first, labels, b)) add_stops(task, first, b, look);
     for (std::size_t i = 0; i < kBlock; ++i) grey[i] = grey[i] < b.grey[i] ? b.grey[i] : grey[i];
+    engaged.add(b.area), drag.add(b.thrust), turning.add(b.cut);
     if (std::has_single_bit(labels)) {
       const auto t = static_cast<std::size_t>(std::countr_zero(labels));
-      double tissue = look.tissue[t], hardness = look.hardness[t];
-      for (std::size_t i = 0; i < kBlock; ++i) {
-        engaged += b.area[i], drag += b.thrust[i], turning += b.cut[i];
-        tissue += b.area[i], hardness += b.hard_area[i];
-      }
-      look.tissue[t] = tissue, look.hardness[t] = hardness;
+      tissue[t].add(b.area), hardness[t].add(b.hard_area);
     } else {
       for (std::size_t i = 0; i < kBlock; ++i) {
-        engaged += b.area[i], drag += b.thrust[i], turning += b.cut[i];
         const auto t = static_cast<std::size_t>(b.label[i]);
-        look.tissue[t] += b.area[i], look.hardness[t] += b.hard_area[i];
+        tissue[t].add(i, b.area[i]), hardness[t].add(i, b.hard_area[i]);
       }
     }
   }
-  look.engaged = engaged;
-  look.greatest_grey = *std::max_element(grey, grey + kBlock);
-  look.wrench.force.z = drag / task->law.thrust_ratio;
-  look.wrench.torque.z = task->law.speed < 0 ? turning : -turning;
+  for (std::size_t t = 0; t < kTissueCount; ++t) {
+    look.tissue[t] = tissue[t].total(), look.hardness[t] = hardness[t].total();
+  }
+  look.engaged = engaged.total();
+  look.greatest_grey = static_cast<double>(*std::max_element(grey, grey + kBlock));
+  look.wrench.force.z = drag.total() / task.law.thrust_ratio;
+  look.wrench.torque.z = task.law.speed < 0 ? turning.total() : -turning.total();
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void look_in_floats(const Task<float>* task, EndLook* look) {
+  look_at_all(*task, *look);
+}
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void look_in_doubles(const Task<double>* task, EndLook* look) {
+  look_at_all(*task, *look);
+}
+
+/// `origin`: the voxel to which positions are relative.
+template <class Real>
+Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
+                   const dquat& R_WT, const glm::ivec3& origin) {
+  static const Reader reader = fastest_reader();
+  return {.voxels = voxels,
+          .law = law,
+          .reader = reader,
+          .distance = patch.distance.data(),
+          .tissue = patch.tissue.data(),
+          .hardness = patch.hardness.empty() ? nullptr : patch.hardness.data(),
+          .n = patch.n,
+          .lo_x = patch.lo.x - origin.x,
+          .lo_y = patch.lo.y - origin.y,
+          .lo_z = patch.lo.z - origin.z,
+          .center = typename Task<Real>::Vector(center_V - dvec3(origin)),
+          .R = glm::mat<3, 3, Real>(glm::mat3_cast(R_WT) * (1 / law.voxel)),
+          .beyond = typename Task<Real>::Vector(kAhead * (R_WT * dvec3(0, 0, -1))),
+          .slowness = static_cast<Real>(law.speed != 0 ? 1 / std::abs(law.speed) : 0)};
 }
 
 }  // namespace
@@ -236,6 +390,7 @@ EndVoxels::EndVoxels(const ToolVoxels& voxels) : count(voxels.ahead), share(1 / 
     facing.push_back(-v.n.z);
     inverse_r.push_back(v.inverse_r);
     ability.push_back(v.ability);
+    inverse_ability.push_back(v.ability > 0 ? 1 / v.ability : 0);
     r.push_back(std::hypot(v.p.x, v.p.y));
   }
 }
@@ -243,20 +398,13 @@ EndVoxels::EndVoxels(const ToolVoxels& voxels) : count(voxels.ahead), share(1 / 
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept {
   EndLook look;
-  const Task task{.voxels = voxels,
-                  .law = law,
-                  .distance = patch.distance.data(),
-                  .tissue = patch.tissue.data(),
-                  .hardness = patch.hardness.empty() ? nullptr : patch.hardness.data(),
-                  .n = patch.n,
-                  .lo_x = patch.lo.x,
-                  .lo_y = patch.lo.y,
-                  .lo_z = patch.lo.z,
-                  .center = center_V,
-                  .R = glm::mat3_cast(R_WT) * (1 / law.voxel),
-                  .beyond = kAhead * (R_WT * dvec3(0, 0, -1)),
-                  .slowness = law.speed != 0 ? 1 / std::abs(law.speed) : 0};
-  look_at_blocks(&task, &look);
+  if (law.laws >= kLawsOfFloats) {
+    const auto task = task_of<float>(voxels, patch, law, center_V, R_WT, glm::ivec3(glm::floor(center_V)));
+    look_in_floats(&task, &look);
+  } else {
+    const auto task = task_of<double>(voxels, patch, law, center_V, R_WT, glm::ivec3(0));
+    look_in_doubles(&task, &look);
+  }
   count_queries(voxels.count);
   return look;
 }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "engine/base/pose.h"
+#include "engine/contract/contact.h"
 #include "haptics/contact/implant/tool_voxels.h"
 #include "haptics/surface_patch.h"
 
@@ -17,24 +19,25 @@ struct EndVoxels {
 
   explicit EndVoxels(const ToolVoxels& voxels);
 
-  std::vector<float> x, y, z;    // m, in T
-  std::vector<float> outside;    // m, see ToolVoxel
-  std::vector<float> area;       // m²
-  std::vector<float> facing;     // cosine between the outward normal and the feed along -z
-  std::vector<float> inverse_r;  // 1/m
-  std::vector<float> ability;
-  std::vector<float> r;   // m, distance from the axis
-  std::size_t count = 0;  // voxels without the padding
-  double share = 1;       // factor of the areas: 1 / ToolVoxels::ahead_share
+  std::vector<float> x, y, z;                   // m, in T
+  std::vector<float> outside;                   // m, see ToolVoxel
+  std::vector<float> area;                      // m²
+  std::vector<float> facing;                    // cosine between the outward normal and the feed along -z
+  std::vector<float> inverse_r;                 // 1/m
+  std::vector<float> ability, inverse_ability;  // inverse_ability is 0 where ability is 0
+  std::vector<float> r;                         // m, distance from the axis
+  std::size_t count = 0;                        // voxels without the padding
+  double share = 1;                             // factor of the areas: 1 / ToolVoxels::ahead_share
 };
 
 /// Properties of tissues and tool for look_at_end(). SI.
 struct EndLaw {
-  double voxel = 0;          // m, voxel of the patch
-  double width = 0;          // m, a voxel that cannot cut stops the tool only within this distance from the axis
-  bool cuts = false;         // false: no voxel cuts
-  double greatest_grey = 0;  // Hounsfield units, greatest grey value that the tool cuts
-  double speed = 0;          // rad/s, of the spindle
+  std::uint32_t laws = kServoLaws;  // version of the servo's laws (contract/contact.h); before 6 with other rounding
+  double voxel = 0;                 // m, voxel of the patch
+  double width = 0;                 // m, a voxel that cannot cut stops the tool only within this distance from the axis
+  bool cuts = false;                // false: no voxel cuts
+  double greatest_grey = 0;         // Hounsfield units, greatest grey value that the tool cuts
+  double speed = 0;                 // rad/s, of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
   // Hounsfield units: the grey value of a tissue is grey + grey_per_hardness · hardness.

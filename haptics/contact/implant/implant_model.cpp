@@ -37,6 +37,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
     ends_.emplace_back(voxels_.back());
   }
+  law_.laws = settings.laws;
   law_.voxel = voxel();
   for (std::size_t t = 0; t < law_.energy.size(); ++t) law_.energy[t] = settings.materials[t].specific_energy;
   law_.grey_per_hardness.fill(parameters.tooth_grey);
