@@ -16,6 +16,7 @@
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/sound_listening.h"
 #include "engine/app/sound_picture.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -440,6 +441,9 @@ void add_sound_command(cli::Command& app) {
   d->add_flag("--json", picture->json, "Print where in the picture the plot lies as JSON");
   d->footer("Example:\n  typodont sound picture demo/drill.wav --out drill.png");
   d->callback([picture] { run_picture(*picture); });
+
+  add_sound_page_command(*sound);
+  add_sound_abx_command(*sound);
 }
 
 }  // namespace typodont
