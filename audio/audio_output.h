@@ -12,23 +12,25 @@
 namespace typodont::audio {
 
 /// Produces the samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the ticks that
-/// have arrived, then fills `mono`. The first sample belongs to the tick time t_first. The output delays t_first by one
-/// buffer and a margin, so the ticks for this buffer have already arrived.
+/// have arrived, then fills `samples`: with two channels, left and right in turn. The first sample belongs to the tick
+/// time t_first. The output delays t_first by one buffer and a margin, so the ticks for this buffer have already
+/// arrived.
 struct AudioSource {
   void* self = nullptr;
-  void (*render)(void* self, std::span<float> mono, Nanos t_first) noexcept = nullptr;
+  void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
   /// Called if the device came back at another rate, on the thread of advance() while nothing renders. May allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
 struct AudioOptions {
   double sample_rate = 0;       // Hz; 0: the device's own, 48000 for files
-  int buffer = 256;             // samples per callback; also the latency that is requested from the device
+  int channels = 1;             // of the source, 1 or 2
+  int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
   std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
 };
 
 struct AudioStats {
-  std::uint64_t samples = 0;     // number of rendered samples so far
+  std::uint64_t samples = 0;     // number of rendered samples of each channel so far
   std::uint64_t underruns = 0;   // number of underruns reported by the device
   std::uint64_t losses = 0;      // number of times that the device was lost
   std::uint64_t recoveries = 0;  // number of times that the device was opened again

@@ -25,11 +25,13 @@ enum class SampleFormat { kPcm16, kFloat32 };
 /// Writes a WAV file under a temporary name until finish(). If the program ends before that, no file remains.
 class WavWriter {
  public:
-  WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16);
+  WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16,
+            int channels = 1);
   ~WavWriter();
   WavWriter(const WavWriter&) = delete;
   WavWriter& operator=(const WavWriter&) = delete;
-  void write(std::span<const float> mono);  // throws Error if the disk is full
+  /// The samples of the channels in turn. Throws Error if the disk is full.
+  void write(std::span<const float> samples);
   void finish();
 
  private:

@@ -1,5 +1,5 @@
 typodont_test(unit_audio KIND unit
-  SOURCES unit/audio_fit_test.cpp unit/audio_filter_test.cpp unit/audio_synth_test.cpp unit/audio_output_test.cpp
+  SOURCES unit/audio_binaural_test.cpp unit/audio_fit_test.cpp unit/audio_filter_test.cpp unit/audio_synth_test.cpp unit/audio_output_test.cpp
           unit/audio_files_test.cpp
   LIBS typodont_audio)
 typodont_test(property_audio KIND property SOURCES property/audio_test.cpp LIBS typodont_audio)

@@ -63,15 +63,16 @@ Recording read_recording(const std::filesystem::path& file) {
 }
 
 struct WavWriter::Impl {
-  explicit Impl(const std::filesystem::path& file) : partial(file, FileKind::kSound) {}
+  Impl(const std::filesystem::path& file, int count) : partial(file, FileKind::kSound), channels(count) {}
   PartialFile partial;
+  int channels;
   SoundFile sound;
 };
 
-WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleFormat format)
-    : impl_(std::make_unique<Impl>(file)) {
+WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleFormat format, int channels)
+    : impl_(std::make_unique<Impl>(file, channels)) {
   SF_INFO info{};
-  info.channels = 1;
+  info.channels = channels;
   info.samplerate = static_cast<int>(std::lround(rate));
   info.format = SF_FORMAT_WAV | (format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_FLOAT);
   impl_->sound.reset(sf_open(impl_->partial.path().c_str(), SFM_WRITE, &info));
@@ -83,9 +84,9 @@ WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleForma
 
 WavWriter::~WavWriter() = default;
 
-void WavWriter::write(std::span<const float> mono) {
-  const auto count = static_cast<sf_count_t>(mono.size());
-  if (sf_writef_float(impl_->sound.get(), mono.data(), count) != count) {
+void WavWriter::write(std::span<const float> samples) {
+  const auto frames = static_cast<sf_count_t>(samples.size()) / impl_->channels;
+  if (sf_writef_float(impl_->sound.get(), samples.data(), frames) != frames) {
     throw Error(impl_->partial.file().string(), "", sf_strerror(impl_->sound.get()), "room for the sound");
   }
 }

@@ -42,6 +42,7 @@ void DeviceOutput::open() {
   request.device = device_;
   request.sample_rate = options_.sample_rate;
   request.buffer = options_.buffer;
+  request.channels = options_.channels;
   request.callback = &DeviceOutput::callback;
   request.self = this;
   opened_ = backend_->open(request);
@@ -129,15 +130,26 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
+  const int given = options_.channels;
   for (int done = 0; done < frames;) {
-    const int count = std::min(frames - done, static_cast<int>(mono_.size()));
-    const std::span<float> part(mono_.data(), static_cast<std::size_t>(count));
+    const int count = std::min(frames - done, static_cast<int>(block_.size()) / given);
+    const std::span<float> part(block_.data(), static_cast<std::size_t>(count * given));
     source_.render(source_.self, part, t_first + static_cast<Nanos>(std::llround(done * period)));
-    for (int i = 0; i < count; ++i) {
-      const float v = part[static_cast<std::size_t>(i)];
+    for (float& v : part) {
       clipped += v > 1.0f || v < -1.0f;
-      const float limited = std::clamp(v, -1.0f, 1.0f);
-      for (int c = 0; c < channels; ++c) *out++ = limited;  // the mono signal goes to all channels of the device
+      v = std::clamp(v, -1.0f, 1.0f);
+    }
+    for (int i = 0; i < count; ++i) {
+      const float* const frame = part.data() + i * given;
+      for (int c = 0; c < channels; ++c) {
+        // One channel goes to all channels of the device, two channels to its first two, or their mean to its only one.
+        if (given == 1)
+          *out++ = frame[0];
+        else if (channels == 1)
+          *out++ = 0.5f * (frame[0] + frame[1]);
+        else
+          *out++ = c < 2 ? frame[c] : 0.0f;
+      }
     }
     done += count;
   }

@@ -50,7 +50,7 @@ class DeviceOutput final : public AudioOutput {
   // Audio thread only, while a stream runs.
   ClockFilter clock_{48000};
   Nanos offset_ = 0;  // tick time − host time
-  std::array<float, 4096> mono_{};
+  std::array<float, 4096> block_{};
 
   std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};
 };

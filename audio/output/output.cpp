@@ -18,8 +18,9 @@ class FileOutput final : public AudioOutput {
   FileOutput(const std::string& file, const AudioOptions& options)
       : file_(file),
         rate_(options.sample_rate > 0 ? options.sample_rate : 48000),
-        buffer_(static_cast<std::size_t>(options.buffer)),
-        wav_(file, rate_) {}
+        channels_(static_cast<std::size_t>(options.channels)),
+        buffer_(static_cast<std::size_t>(options.buffer) * channels_),
+        wav_(file, rate_, SampleFormat::kPcm16, options.channels) {}
 
   double sample_rate() const override { return rate_; }
   void start(const AudioSource& source, Nanos t_start) override {
@@ -30,8 +31,9 @@ class FileOutput final : public AudioOutput {
     if (!source_.render) return;
     const auto due = static_cast<std::uint64_t>(std::max(0.0, std::floor(to_seconds(t - t_start_) * rate_)));
     while (stats_.samples < due) {
-      const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size(), due - stats_.samples));
-      const std::span<float> part(buffer_.data(), count);
+      const auto count =
+          static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() / channels_, due - stats_.samples));
+      const std::span<float> part(buffer_.data(), count * channels_);
       const double elapsed = static_cast<double>(stats_.samples) / rate_;
       source_.render(source_.self, part, t_start_ + from_seconds(elapsed));
       for (float& v : part) {
@@ -56,6 +58,7 @@ class FileOutput final : public AudioOutput {
  private:
   std::string file_;
   double rate_;
+  std::size_t channels_;
   std::vector<float> buffer_;
   WavWriter wav_;
   AudioSource source_;
@@ -90,6 +93,9 @@ std::unique_ptr<AudioOutput> AudioOutput::open(const std::string& address, const
   }
   if (options.sample_rate != 0 && !(options.sample_rate >= 8000 && options.sample_rate <= 384000)) {
     throw Error("audio rate", "", fmt::format("{} Hz", options.sample_rate), "8000 to 384000 Hz");
+  }
+  if (options.channels != 1 && options.channels != 2) {
+    throw Error("audio channels", "", fmt::to_string(options.channels), "1 or 2");
   }
   const auto colon = address.find(':');
   const std::string kind = address.substr(0, colon);

@@ -100,11 +100,11 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // Use mono and the requested rate if the device supports them, otherwise the device's own format.
+    // Use the requested channels and rate if the device supports them, otherwise the device's own format.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {
-      for (const int channels : {1, 2}) {
+      for (const int channels : {request.channels, 3 - request.channels}) {
         if (channels > info.maxOutputChannels || error == paNoError) continue;
         parameters.channelCount = channels_ = channels;
         rate = tried;

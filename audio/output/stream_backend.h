@@ -13,6 +13,7 @@ struct StreamRequest {
   std::string device;      // device name or a part of it; empty: the default device
   double sample_rate = 0;  // Hz; 0: the device's own rate
   int buffer = 256;
+  int channels = 1;  // wanted number; a device without it gets one or two
   /// Audio thread: fills frames × channels samples; false ends the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;

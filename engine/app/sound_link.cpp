@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "engine/app/assets.h"
@@ -33,14 +34,15 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 
 }  // namespace
 
-SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
+SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural)
     : live_(live),
       options_{live ? kHold : 0.0, scene.sound_lower_order},
-      output_(audio::AudioOutput::open(address)),
+      output_(audio::AudioOutput::open(address, {.channels = binaural ? 2 : 1})),
       voice_(tools_that_cut(scene)) {
   voice_file_ = voice_of(scene);
   models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = scene.servo.spindle.free_speed;
+  if (binaural) ears_.emplace(output_->sample_rate());
   make_synth(output_->sample_rate());
 }
 
@@ -54,6 +56,16 @@ std::string SoundLink::about() const {
 
 void SoundLink::make_synth(double sample_rate) {
   synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed, options_);
+  if (ears_) ears_.emplace(sample_rate);
+}
+
+void SoundLink::listen(const dvec3& eyes_W, const dvec3& right_W) noexcept {
+  listener_.publish({eyes_W, right_W});
+}
+
+void SoundLink::water(double spray, double suction) noexcept {
+  spray_.store(spray, std::memory_order_relaxed);
+  suction_.store(suction, std::memory_order_relaxed);
 }
 
 void SoundLink::push(const ServoTick& tick) noexcept {
@@ -79,19 +91,39 @@ void SoundLink::stop(Nanos t) {
   output_->stop();
 }
 
-void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcept {
+void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
   ServoTick tick;
   bool heard = false;
   while (link->ticks_.pop(tick)) {
-    link->synth_->push(link->voice_.state_of(tick));
-    heard = true;
+    audio::SoundState state = link->voice_.state_of(tick);
+    if (tick.pedal > 0) state.spray = link->spray_.load(std::memory_order_relaxed);
+    state.suction = link->suction_.load(std::memory_order_relaxed);
+    link->synth_->push(state);
+    link->tool_W_ = tick.X_WG.p;
+    link->seen_tool_ = heard = true;
   }
   // A tick that arrived too late for its own sample is heard in the first sample of this block.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);
-  link->synth_->render(mono, t_first);
+  if (!link->ears_) {
+    link->synth_->render(samples, t_first);
+    return;
+  }
+  if (link->listener_.fetch()) link->listened_ = true;
+  if (link->listened_ && link->seen_tool_) {
+    const Listener& listener = link->listener_.front();
+    link->ears_->turn(audio::ear_angles(link->tool_W_, listener.eyes_W, listener.right_W));
+  }
+  const double period = 1e9 / link->synth_->sample_rate();
+  for (std::size_t done = 0, frames = samples.size() / 2; done < frames;) {
+    const std::size_t count = std::min(frames - done, link->mono_.size());
+    const std::span<float> mono(link->mono_.data(), count);
+    link->synth_->render(mono, t_first + static_cast<Nanos>(std::llround(static_cast<double>(done) * period)));
+    link->ears_->render(mono, samples.subspan(2 * done, 2 * count));
+    done += count;
+  }
 }
 
 }  // namespace typodont

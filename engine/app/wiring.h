@@ -159,6 +159,7 @@ struct Wiring {
   // LEFT HAND → RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
+  Latest<SeenFrom> head_to_sound;  // RENDER (a headset's thread) → application: the newest position of the eyes
   // SERVO → AUDIO: this channel is a ring inside SoundLink
 
   std::atomic<bool> copy_wanted{false};          // WATCH → CARVER

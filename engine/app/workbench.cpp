@@ -207,9 +207,10 @@ void Workbench::Impl::set_up() {
     if (address.empty()) {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
-      sound.emplace(address, scene, !address.starts_with("wav:"));
+      sound.emplace(address, scene, !address.starts_with("wav:"), options.binaural);
+      if (rig) sound->listen(rig->head.eye_center, rig->head.right);
       s.sound = &*sound;
-      explain("sound: on, " + address);
+      explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
     }
   } else {
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
@@ -330,6 +331,8 @@ void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
+  if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
+    sound->listen(head.front().eye_W, head.front().right_W);
   // If a headset is used, its thread reads the ticks.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }

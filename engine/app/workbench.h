@@ -29,6 +29,7 @@ struct WorkbenchOptions {
   std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
   double rate = 1000;     // Hz, for hands without a rate of their own
   std::string audio;      // address of the sound output; empty: a sound card if there is one
+  bool binaural = false;  // two channels of sound for the trainee's ears, from where the tool is
   std::filesystem::path record;     // file of the recording; empty: no recording
   std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
   double stream_rate = 100;         // Hz, rate of the published states

@@ -222,6 +222,42 @@ TEST_F(SoundCommand, BadInputExitsWithTwoAndAReasonAndLeavesNoFile) {
   }
 }
 
+TEST_F(SoundCommand, WritesAPageWithBothSoundsAndFetchesNothing) {
+  const std::string name = path("<b>&.wav");  // a name that would be markup
+  std::filesystem::copy_file(kMicromotor, name);
+  const auto r = run("page '" + name + "' --seconds 1 --out " + path("p.html"));
+  ASSERT_EQ(r.status, 0) << r.err;
+  const std::string page = read_text(path("p.html"));
+  const auto count = [&](const std::string& what) {
+    int found = 0;
+    for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; at += what.size()) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("data:audio/wav;base64,"), 2);
+  EXPECT_EQ(count("data:image/png;base64,"), 2);
+  EXPECT_EQ(count("http"), 0);
+  EXPECT_EQ(count("<b>"), 0);
+  EXPECT_EQ(count("&lt;b&gt;&amp;.wav"), 2);  // title and heading
+}
+
+TEST_F(SoundCommand, CountsTheRightAnswersOfABlindListener) {
+  const std::string files = kMicromotor + " assets/sounds/drill_spinup_run_spindown.wav";
+  ASSERT_EQ(
+      run("abx " + files + " --trials 8 --excerpt 0.3 --seed 4 --out " + path("x.html") + " --key " + path("k.json"))
+          .status,
+      0);
+  const Json key = Json::load(path("k.json"));
+  std::string answers;
+  int number = 0;
+  for (const Json& x : key["x"].items()) answers += fmt::format("{} {}\n", ++number, x.string());
+  write_text(path("a.txt"), answers);
+  EXPECT_THAT(run("abx --key " + path("k.json") + " --answers " + path("a.txt")).out, HasSubstr("8 of 8 right"));
+  write_text(path("a.txt"), answers + "3 A\n");
+  const auto twice = run("abx --key " + path("k.json") + " --answers " + path("a.txt"));
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_THAT(twice.err, HasSubstr("line 9"));
+}
+
 TEST_F(SoundCommand, HelpContainsAnExample) {
   for (const char* command : {"", "fit", "synth", "compare"}) {
     const auto r = run(std::string(command) + " --help");

@@ -155,6 +155,46 @@ TEST(Output, ToAStereoDeviceGivesBothEarsTheOneVoice) {
   for (std::size_t i = 0; i < card.played.size(); i += 2) EXPECT_EQ(card.played[i], card.played[i + 1]);
 }
 
+/// A source of two channels: 0.25 on the left and -0.5 on the right.
+AudioSource two_ears() {
+  return {nullptr,
+          [](void*, std::span<float> samples, Nanos) noexcept {
+            for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = i % 2 == 0 ? 0.25f : -0.5f;
+          },
+          nullptr};
+}
+
+TEST(Output, OfTwoChannelsGoesToBothChannelsOfAFile) {
+  const ScratchFolder folder;
+  const auto output = AudioOutput::open("wav:" + (folder / "out.wav").string(), {.channels = 2});
+  output->start(two_ears(), 0);
+  output->advance(100'000'000);
+  EXPECT_EQ(output->stats().samples, 4800u);
+  output->stop();
+  const Recording heard = read_recording(folder / "out.wav");
+  ASSERT_EQ(heard.channels.size(), 2u);
+  ASSERT_EQ(heard.length(), 4800u);
+  for (const std::size_t i : {0u, 1u, 4799u}) {
+    EXPECT_NEAR(heard.channels[0][i], 0.25, 1e-4);
+    EXPECT_NEAR(heard.channels[1][i], -0.5, 1e-4);
+  }
+}
+
+TEST(Output, OfTwoChannelsGoesToTheFirstTwoOfADeviceOrAsTheirMeanToItsOnlyOne) {
+  Card card;
+  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {.channels = 2});
+  output.start(two_ears(), 0);
+  EXPECT_EQ(card.request.channels, 2);
+  card.play(now(), 4);
+  for (std::size_t i = 0; i < card.played.size(); ++i) {
+    const float expected[4] = {0.25f, -0.5f, 0, 0};
+    ASSERT_EQ(card.played[i], expected[i % 4]) << i;
+  }
+  card.played.clear();
+  card.play(now(), 1);
+  for (const float v : card.played) ASSERT_EQ(v, -0.125f);
+}
+
 TEST(Output, ALostDeviceIsReportedAndReopenedAtItsNewRate) {
   Card card;
   DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});

@@ -132,6 +132,8 @@ void add_run_command(cli::Command& app) {
       ->check(cli::range(500.0, 10000.0))
       ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
+  command->add_flag("--binaural", w.binaural,
+                    "sound for headphones: two channels, from where the tool is relative to the head");
   command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
   command->add_option("--stream", w.stream,
                       "stream the session to other programs: osc:[HOST:]PORT, ws:[HOST:]PORT; without a host, this "

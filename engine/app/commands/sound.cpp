@@ -3,17 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "audio/ar_fit.h"
+#include "audio/binaural.h"
 #include "audio/compare.h"
 #include "audio/contact_track.h"
 #include "audio/drill_synth.h"
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/sound_listening.h"
 #include "engine/app/sound_picture.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -150,10 +153,21 @@ void run_fit(FitCommand c) {
   }
 }
 
+/// The position of the drill relative to the midpoint of the eyes, "RIGHT,UP,AHEAD" in cm, as angles at the ears.
+audio::EarAngles angles_of(const std::string& text) {
+  double cm[3];
+  char rest;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &cm[0], &cm[1], &cm[2], &rest) != 3)
+    throw Error("--binaural", "", "\"" + text + "\"", "RIGHT,UP,AHEAD in cm, for example 10,-20,30");
+  for (const double v : cm) check_range("--binaural", v, -1000, 1000);
+  return audio::ear_angles(dvec3(cm[0], cm[1], -cm[2]) * 0.01, dvec3(0), dvec3(1, 0, 0));
+}
+
 struct SynthCommand {
   std::string model, out, contact;
   double seconds = 0, rate = 0, spindle_krpm = 0;
   std::uint64_t seed = 1;
+  std::string binaural;
   bool json = false, wide = false;
 };
 
@@ -210,13 +224,18 @@ void run_synth(const SynthCommand& c) {
     throw Error(c.contact, "t_s", fmt::format("{} s", seconds), fmt::format("at most {} s, or --seconds", kLongest));
   const auto total = static_cast<std::size_t>(std::llround(seconds * rate));
   audio::DrillSynth synth(models, rate, c.seed);
-  audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
+  std::optional<audio::Binaural> ears;
+  if (!c.binaural.empty()) {
+    ears.emplace(rate);
+    ears->turn(angles_of(c.binaural));
+  }
+  audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
   std::size_t states = 0;  // number of states with audible sound
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");
-    std::vector<float> buffer(4096);
+    std::vector<float> buffer(4096), stereo(2 * buffer.size());
     audio::VoicedTrack voiced(track, models.free_speed);
     std::optional<audio::SoundState> state = voiced.next();
     for (std::size_t done = 0; done < total;) {
@@ -228,7 +247,13 @@ void run_synth(const SynthCommand& c) {
       }
       const std::span<float> part(buffer.data(), count);
       synth.render(part);
-      wav.write(part);
+      if (ears) {
+        const std::span<float> both(stereo.data(), 2 * count);
+        ears->render(part, both);
+        wav.write(both);
+      } else {
+        wav.write(part);
+      }
       for (const float v : part) {
         power += static_cast<double>(v) * static_cast<double>(v);
         peak = std::max(peak, std::abs(static_cast<double>(v)));
@@ -382,6 +407,8 @@ void add_sound_command(cli::Command& app) {
   s->add_option("--rate", synth->rate, "Rate of the WAV file in Hz (default: the model's)");
   s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->show_default();
   s->add_option("--spindle-krpm", synth->spindle_krpm, "Speed at which the model sounds as recorded");
+  s->add_option("--binaural", synth->binaural,
+                "Two channels for headphones: the drill at RIGHT,UP,AHEAD of the eyes in cm");
   s->add_flag("--float", synth->wide, "32-bit float samples instead of 16-bit");
   s->add_flag("--json", synth->json, "Print what was made as JSON");
   s->footer(
@@ -414,6 +441,9 @@ void add_sound_command(cli::Command& app) {
   d->add_flag("--json", picture->json, "Print where in the picture the plot lies as JSON");
   d->footer("Example:\n  typodont sound picture demo/drill.wav --out drill.png");
   d->callback([picture] { run_picture(*picture); });
+
+  add_sound_page_command(*sound);
+  add_sound_abx_command(*sound);
 }
 
 }  // namespace typodont

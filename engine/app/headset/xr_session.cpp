@@ -214,6 +214,9 @@ struct XrSession::Thread {
                                      dt,
                                      mirror};
       set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
+      const dvec3 left_W = frame.eyes[0].position, right_W = frame.eyes[1].position;
+      if (const double ipd = glm::length(right_W - left_W); ipd > 0)
+        wiring.head_to_sound.publish({now(), 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
       const render::FrameStats drawn = stage.draw(frame, scenery);
       if (drawn.drawn) count_frame(drawn, work);
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();

@@ -351,8 +351,10 @@ void LivePicture::frame_shown() {
   last_drawn_ = t;
 }
 
-/// Records the viewpoint and the view whenever they change.
+/// Tells the sound where the head is; records the viewpoint and the view whenever they change.
 void LivePicture::record_view() {
+  if (session_.sound && session_.sound->binaural())
+    session_.sound->listen(stage_->rig().head.eye_center, stage_->rig().head.right);
   Wiring& wiring = session_.wiring;
   const Nanos zero = wiring.session_zero;
   if (!session_.head_stream || zero == 0) return;
