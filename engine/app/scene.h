@@ -13,6 +13,7 @@
 #include "engine/app/tissue/drawn_as.h"
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/contract/suction_tip.h"
 #include "engine/debris/debris.h"
 #include "engine/session/implant.h"
 #include "engine/session/task.h"
@@ -43,6 +44,7 @@ struct Scene {
   MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: a usual nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
+  SuctionTip suction_tip;                        // the tip at its initial pose; opening 0: nothing is drawn
   std::optional<Nozzles> spray;                  // the handpiece's water; empty: no water and no film
   bool spray_on = false;                         // initial state of the spray
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
@@ -62,6 +64,11 @@ std::filesystem::path volume_file(const Scene& scene);
 
 /// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
+
+/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the hand holds that.
+inline bool hand_holds_suction(const Scene& scene) {
+  return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
+}
 
 /// Loads or samples the initial tissue of the scene and paints into it. Ignores `resume`: load_tissue() in
 /// recording/resume.h continues a partial preparation. Throws Error.

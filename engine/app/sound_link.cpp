@@ -84,7 +84,9 @@ void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcep
   ServoTick tick;
   bool heard = false;
   while (link->ticks_.pop(tick)) {
-    link->synth_->push(link->voice_.state_of(tick));
+    audio::SoundState state = link->voice_.state_of(tick);
+    state.suction = link->sucks_.load(std::memory_order_relaxed) ? 1 : 0;
+    link->synth_->push(state);
     heard = true;
   }
   // A tick that arrived too late for its own sample is heard in the first sample of this block.

@@ -44,7 +44,8 @@ struct Renderer::Impl {
   ShadowPass shadow;
   SurfacePass surface;
   ToolPass tool;
-  ToolBody tool_body;
+  ToolBody tool_body, tip_body;
+  SuctionTip tip_made;  // the tip for which `tip_body` was created
   MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
@@ -62,6 +63,7 @@ struct Renderer::Impl {
   double last_opacity = 1;
   bool last_tool_visible = false;
   MouthMirror last_mirror;
+  SuctionTip last_tip;
   std::vector<std::byte> last_particles;
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
@@ -90,6 +92,7 @@ struct Renderer::Impl {
     destroy_passes();
     shadow.destroy(device);
     tool_body.destroy(device);
+    tip_body.destroy(device);
     mirror.destroy(device);
     hidden.destroy(device);
     mask.destroy(device);
@@ -168,8 +171,8 @@ struct Renderer::Impl {
                                                     frame.tool.opacity == last_opacity));
     if ((frame.cloud && frame.cloud->changes()) || film.changed()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
-           tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) &&
-           !std::memcmp(&data, &last_data, sizeof data);
+           tool_same && same_tip(frame.suction, last_tip) && same_particles(frame) &&
+           same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
   /// Fills descriptor set i. `i` is a slot, or kSlots + a slot for the reflected scene.
@@ -207,6 +210,7 @@ struct Renderer::Impl {
       last_opacity = frame.tool.opacity;
       last_tool_visible = frame.tool.visible;
       last_mirror = frame.mirror;
+      last_tip = frame.suction;
       last_view = frame.view;
       const auto particle_bytes = std::as_bytes(frame.particles);
       last_particles.assign(particle_bytes.begin(), particle_bytes.end());
@@ -228,6 +232,21 @@ struct Renderer::Impl {
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
+  }
+
+  static bool same_tip(const SuctionTip& a, const SuctionTip& b) {
+    return a.opening == b.opening && a.wall == b.wall && a.slant == b.slant && a.length == b.length &&
+           (a.opening == 0 || same(a.X_WS, b.X_WS));
+  }
+
+  void prepare_tip(const SuctionTip& tip) {
+    if (tip.opening <= 0) return;
+    SuctionTip wanted = tip;
+    wanted.X_WS = tip_made.X_WS;
+    if (tip_body.index_count && same_tip(wanted, tip_made)) return;
+    vkDeviceWaitIdle(device.device);
+    tip_made = wanted;
+    tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
   }
 
   /// The reflected scene in the mouth mirror: reflected eyes, and only objects in front of the glass.
@@ -271,15 +290,19 @@ struct Renderer::Impl {
     const bool particles_changed = !same_particles(frame);
     for (std::size_t e = 0; e < views; ++e) {
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      const auto tool_at = [&](const Pose& X_WG) {
+      const auto body_at = [&](const ToolBody& body, const Pose& X_WG) {
         glm::dmat4 world_from_tool(glm::mat3_cast(X_WG.R));
         world_from_tool[3] = glm::dvec4(X_WG.p, 1);
-        for (const ToolBody::Slice& s : tool_body.slices)
+        for (const ToolBody::Slice& s : body.slices)
           tiles[e].mark(seen_in(clip_from_world * world_from_tool, {-s.radius, -s.radius, s.low},
                                 {s.radius, s.radius, s.high}, drawn));
       };
-      if (frame.tool.visible) tool_at(frame.tool.X_WG);
-      if (last_tool_visible) tool_at(last_tool);
+      if (frame.tool.visible) body_at(tool_body, frame.tool.X_WG);
+      if (last_tool_visible) body_at(tool_body, last_tool);
+      if (!same_tip(frame.suction, last_tip)) {
+        if (frame.suction.opening > 0) body_at(tip_body, frame.suction.X_WS);
+        if (last_tip.opening > 0) body_at(tip_body, last_tip.X_WS);
+      }
       if (particles_changed) {
         over_tiles[e].mark(particles_now[e]);
         over_tiles[e].mark(particle_tiles[e]);
@@ -326,6 +349,7 @@ struct Renderer::Impl {
       push_view(commands, context.layout, view);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), false, seen);
       if (mirrored.tool.visible) tool.record(context, commands, tool_body, mirrored.tool.X_WG, seen);
+      if (mirrored.suction.opening > 0) tool.record(context, commands, tip_body, mirrored.suction.X_WS, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, film.on(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
@@ -342,6 +366,7 @@ struct Renderer::Impl {
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
+    prepare_tip(frame.suction);
     // Find the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
@@ -432,6 +457,7 @@ struct Renderer::Impl {
         tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
         push_view(commands, context.layout, view);
       }
+      if (frame.suction.opening > 0) tool.record(context, commands, tip_body, frame.suction.X_WS, stats);
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);

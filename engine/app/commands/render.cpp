@@ -207,6 +207,7 @@ void run(const Options& options) {
   PictureStage stage(rig, scene.servo, stage_options);
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
+  stage.hold_suction(scene.suction_tip);
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
     std::vector<render::MeshUpdate> surface = carver ? view.update(*carver) : view.update(shown);

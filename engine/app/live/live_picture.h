@@ -96,6 +96,8 @@ class LivePicture {
   void update_tissue_visibility();
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
+  SuctionTip tip_for(const Look& look);
+  void record_water();
   void suck(bool on);
   void move_debris(const ServoTick& tick, double dt, WorkCounts& work);
   void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
@@ -117,6 +119,7 @@ class LivePicture {
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture
   std::optional<DebrisView> debris_;
   bool sucking_ = false;
+  std::optional<WaterSwitch> water_;  // the state that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
 
