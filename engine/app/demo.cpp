@@ -118,7 +118,7 @@ void run_demo(const DemoOptions& options) {
   DebrisView debris(scene.servo.materials, volume, water_of(scene, around));
   stage.hold_suction(scene.suction_tip);
   if (scene.suction_on) debris.suck(scene.suction);
-  sound.suck(scene.suction_on);
+  sound.suck(scene.suction_on && scene.suction ? scene.suction->flow : 0);
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text for the last pictures
 

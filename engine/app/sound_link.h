@@ -33,8 +33,8 @@ class SoundLink {
   void advance(Nanos t);
   /// Ends the sound; a file is complete only after this. Throws Error if it cannot be written.
   void stop(Nanos t);
-  /// Switches the sound of the suction from the next block on. Any thread.
-  void suck(bool on) noexcept { sucks_.store(on, std::memory_order_relaxed); }
+  /// Sets the flow of the suction that is heard from the next block on, m³/s; 0: off. Any thread.
+  void suck(double flow) noexcept { suction_flow_.store(flow, std::memory_order_relaxed); }
   bool live() const { return live_; }
   /// Latest measured latency in s from a tick to its sound, including the latency that the device reports. NaN before
   /// the first sound and for files. Any thread.
@@ -55,7 +55,7 @@ class SoundLink {
   Nanos zero_ = 0;             // ns on the machine's clock at which the session's time is zero; only for live sound
   double device_latency_ = 0;  // s, latency that the device reports
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
-  std::atomic<bool> sucks_{false};
+  std::atomic<double> suction_flow_{0};  // m³/s
   audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;

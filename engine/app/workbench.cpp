@@ -350,7 +350,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;
   try {
-    if (sound && picture) sound->suck(picture->sucking());
+    if (sound && picture) sound->suck(picture->suction_flow());
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
       std::this_thread::sleep_for(10ms);

@@ -133,6 +133,10 @@ void LivePicture::suck(bool on) {
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
 }
 
+double LivePicture::suction_flow() const {
+  return sucking_ ? scene_.suction.value_or(debris::Suction{}).flow : 0;
+}
+
 void LivePicture::switch_spray() {
   if (debris_) debris_->spray(!debris_->spraying());
 }

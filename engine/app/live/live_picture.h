@@ -78,6 +78,7 @@ class LivePicture {
   bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
+  double suction_flow() const;  // m³/s; 0: the suction is off
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
