@@ -15,12 +15,13 @@ vec4 film_at(vec3 world) {
 void cover_with_film(vec4 film, inout vec3 color, inout vec4 look) {
   vec3 cream = mix(frame.tissue_color[2].rgb, vec3(0.90, 0.84, 0.70), 0.5);
   vec3 white = mix(frame.tissue_color[1].rgb, vec3(0.95), 0.6);
-  vec3 solids = film.z < 0.5 ? mix(white, cream, 2.0 * film.z) : mix(cream, 0.7 * frame.tissue_color[3].rgb, 2.0 * film.z - 1.0);
+  vec3 brown = mix(frame.tissue_color[3].rgb, cream, 0.3);  // powder is paler than the tissue
+  vec3 solids = film.z < 0.5 ? mix(white, cream, 2.0 * film.z) : mix(cream, brown, 2.0 * film.z - 1.0);
   solids = mix(solids, vec3(0.30, 0.012, 0.014), film.w);
+  float wet = smoothstep(0.01, 0.12, film.x);  // a few micrometres of water already shine
   color = mix(color, solids, film.y) * mix(1.0, 0.86, film.x);
-  float dry = film.y * (1.0 - film.x);
-  look.x = mix(mix(look.x, 0.07, film.x), 0.95, dry);
-  look.z = mix(mix(look.z, 1.0, film.x), 0.0, dry);
+  look.x = mix(mix(look.x, 0.95, film.y), 0.05, wet);
+  look.z = mix(mix(look.z, 0.0, film.y), 1.0, wet);
   look.w *= 1.0 - 0.8 * film.y;
 }
 

@@ -121,6 +121,9 @@ void run_demo(const DemoOptions& options) {
   recorder.event(0, session::EventKind::kNote, sound.about());
   TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume, water_of(scene, around));
+  stage.hold_suction(scene.suction_tip);
+  if (scene.suction_on) debris.suck(scene.suction);
+  sound.water(debris.spraying(), scene.suction_on && scene.suction ? scene.suction->flow : 0);
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text for the last pictures
 

@@ -102,6 +102,19 @@ DrawnAs read_drawn_as(const Json& json) {
   return drawn_as;
 }
 
+/// Reads a file of assets/suction/. `suction` gets the flow, and the radius of the opening.
+SuctionTip read_suction_tip(const Json& json, debris::Suction& suction) {
+  json.allow_only({"name", "opening_mm", "wall_mm", "slant_deg", "length_mm", "flow_l_per_min", "source"});
+  SuctionTip tip;
+  tip.opening = json["opening_mm"].number(0.5, 20) * kMillimetre;
+  tip.wall = json.number_or("wall_mm", tip.wall / kMillimetre, 0.1, 3) * kMillimetre;
+  tip.slant = json.number_or("slant_deg", 0, 0, 60) * kPi / 180;
+  tip.length = json.number_or("length_mm", tip.length / kMillimetre, 5, 300) * kMillimetre;
+  suction.flow = json["flow_l_per_min"].number(1, 2000) * kLitrePerMinute;
+  suction.radius = tip.opening / 2;
+  return tip;
+}
+
 }  // namespace
 
 MouthMirror read_mouth_mirror(const Json& json) {
@@ -298,8 +311,18 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
-    suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on"});
-    const debris::Suction usual;
+    suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on", "tip", "axis"});
+    debris::Suction usual;
+    if (const auto tip = suction->find("tip")) {
+      if (!suction->has("position_mm")) suction->fail("position_mm beside \"tip\"");
+      scene.suction_tip = read_suction_tip(Json::load(named_asset("suction", tip->string())), usual);
+      const dvec3 axis = suction->has("axis") ? (*suction)["axis"].vec3() : dvec3(0, 0, 1);
+      if (glm::length(axis) < 1e-9) (*suction)["axis"].fail("a direction, not zero");
+      scene.suction_tip.X_WS = {(*suction)["position_mm"].vec3() * kMillimetre,
+                                rotation_between({0, 0, 1}, glm::normalize(axis))};
+    } else if (suction->has("axis")) {
+      suction->fail("\"tip\" beside axis");
+    }
     if (const auto p = suction->find("position_mm"))
       scene.suction = {
           .p_W = p->vec3() * kMillimetre,

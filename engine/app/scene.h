@@ -14,6 +14,7 @@
 #include "engine/base/json.h"
 #include "engine/contract/handpiece.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/contract/suction_tip.h"
 #include "engine/debris/debris.h"
 #include "engine/session/implant.h"
 #include "engine/session/task.h"
@@ -45,6 +46,7 @@ struct Scene {
   HandpieceView handpieces;                      // how pictures show handpieces
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
+  SuctionTip suction_tip;                        // the tip at its initial pose; opening 0: nothing is drawn
   std::optional<Nozzles> spray;                  // the handpiece's water; empty: no water and no film
   bool spray_on = false;                         // initial state of the spray
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
@@ -65,6 +67,11 @@ std::filesystem::path volume_file(const Scene& scene);
 
 /// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog", "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
+
+/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the hand holds that.
+inline bool hand_holds_suction(const Scene& scene) {
+  return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
+}
 
 /// Loads or samples the initial tissue of the scene and paints into it. Ignores `resume`: load_tissue() in
 /// recording/resume.h continues a partial preparation. Throws Error.

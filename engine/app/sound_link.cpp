@@ -15,7 +15,8 @@ namespace typodont {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
-constexpr double kHold = 0.25;  // s, time without a tick after which the sound of a live session stops
+constexpr double kFullSuction = 5e-3;  // m³/s, flow at which the suction is heard at its full level: 300 l/min
+constexpr double kHold = 0.25;         // s, time without a tick after which the sound of a live session stops
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
@@ -63,9 +64,9 @@ void SoundLink::listen(const dvec3& eyes_W, const dvec3& right_W) noexcept {
   listener_.publish({eyes_W, right_W});
 }
 
-void SoundLink::water(double spray, double suction) noexcept {
-  spray_.store(spray, std::memory_order_relaxed);
-  suction_.store(suction, std::memory_order_relaxed);
+void SoundLink::water(bool spray, double suction_flow) noexcept {
+  spray_.store(spray ? 1 : 0, std::memory_order_relaxed);
+  suction_.store(std::clamp(suction_flow / kFullSuction, 0.0, 1.0), std::memory_order_relaxed);
 }
 
 void SoundLink::push(const ServoTick& tick) noexcept {

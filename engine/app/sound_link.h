@@ -38,9 +38,9 @@ class SoundLink {
   /// is straight ahead.
   void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
   bool binaural() const { return ears_.has_value(); }
-  /// Passes the flow of the handpiece's water and strength of the suction, 0..1. Water flows only while the pedal is
-  /// pressed. Any thread.
-  void water(double spray, double suction) noexcept;
+  /// Passes whether the handpiece's water is switched on (it flows only while the pedal is pressed), and the flow of
+  /// the suction in m³/s (0: off). They are heard from the next block on. Any thread.
+  void water(bool spray, double suction_flow) noexcept;
   /// Advances the sound to time t. Application thread; call at least ten times per second once the session's clock
   /// runs. `t`: present time on that clock; for a file, the time of the latest pushed tick. The sound begins with the
   /// first call, so that a tick at t is heard in the sample at t. A file contains the session from its beginning.
@@ -77,7 +77,7 @@ class SoundLink {
   audio::TickVoice voice_;  // the voice that plays the ticks; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
-  std::atomic<double> spray_{0}, suction_{0};
+  std::atomic<double> spray_{0}, suction_{0};  // 0..1, for audio::SoundState
   Latest<Listener> listener_;
   // The rest is used only by the audio thread, and only with binaural sound.
   std::optional<audio::Binaural> ears_;

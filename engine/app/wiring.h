@@ -13,6 +13,7 @@
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/contract/suction_tip.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/patch_exchange.h"
@@ -87,6 +88,12 @@ struct SeenFrom {
   render::View view = render::View::kLook;
 };
 
+/// State of the handpiece's water and of the suction.
+struct WaterSwitch {
+  Nanos t = 0;
+  bool spray = false, suction = false;
+};
+
 /// Timing of a frame on a screen.
 struct PictureTiming {
   Nanos t = 0;        // ns on the machine's clock at which the frame was begun
@@ -158,6 +165,9 @@ struct Wiring {
   Ring<SeenFrom> seen_to_recorder{1 << 10};
   // LEFT HAND → RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
+  Latest<SuctionTip> suction_tip;  // published instead, if the hand holds the suction
+  // RENDER → RECORDER, after each change
+  Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   Latest<SeenFrom> head_to_sound;  // RENDER (a headset's thread) → application: the newest position of the eyes
   // SERVO → AUDIO: this channel is a ring inside SoundLink

@@ -198,7 +198,9 @@ void Workbench::Impl::set_up() {
   if (!options.no_real_time) require_real_time(hands);
   s.serve(hand, options.most_delay);
   explain("hand: " + in_words(hand));
-  explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
+  explain(hands.left ? fmt::format("left hand, with the {}: {}", hand_holds_suction(scene) ? "suction" : "mouth mirror",
+                                   in_words(hands.left->info()))
+                     : "left hand: none");
 
   // Opens the sound.
   if (scene.needs("sound") && options.audio != "none:") {
@@ -230,6 +232,10 @@ void Workbench::Impl::set_up() {
     if (s.draw && window) {
       s.head_stream = header.streams.size();
       header.streams.push_back(head_stream());
+    }
+    if (s.debris && window) {
+      s.water_stream = header.streams.size();
+      header.streams.push_back(water_stream());
     }
     std::optional<std::size_t> heard;
     if (sound) {
@@ -304,8 +310,7 @@ void Workbench::Impl::start() {
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left)
-    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene.mouth_mirror),
-                        s.record);
+    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene), s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   if (streaming) streamer = std::jthread(stream_thread, std::ref(s), std::ref(*streaming));
   began = now();
@@ -349,6 +354,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   report_hand();
   if (!(tick.depth > kStuckDistance)) followed = tick.t;
   try {
+    if (sound && picture) sound->water(picture->spraying(), picture->suction_flow());
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
       std::this_thread::sleep_for(10ms);

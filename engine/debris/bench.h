@@ -15,8 +15,8 @@ struct BenchOptions {
 };
 
 /// Two cases with chips from drilling a ball of tissue: one second after the last chip was created, and while chips
-/// still fly and bounce. The baseline only reads and writes the data of each step: positions, velocities and drag
-/// factors.
+/// still fly and bounce. Then a wet ball: droplets and film of a step of 1/30 s. The baseline only reads and writes the
+/// data of each step: positions, velocities and drag factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

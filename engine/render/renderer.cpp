@@ -44,9 +44,10 @@ struct Renderer::Impl {
   ShadowPass shadow;
   SurfacePass surface;
   ToolPass tool;
-  ToolBody tool_body;
+  ToolBody tool_body, tip_body;
   Handpiece handpiece;
   HandpieceBody handpiece_body;
+  SuctionTip tip_made;  // the tip for which `tip_body` was created
   MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
@@ -63,6 +64,7 @@ struct Renderer::Impl {
   glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
   ToolState last_tool;
   MouthMirror last_mirror;
+  SuctionTip last_tip;
   std::vector<std::byte> last_particles;
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
@@ -92,6 +94,7 @@ struct Renderer::Impl {
     shadow.destroy(device);
     tool_body.destroy(device);
     handpiece_body.destroy(device);
+    tip_body.destroy(device);
     mirror.destroy(device);
     hidden.destroy(device);
     mask.destroy(device);
@@ -178,8 +181,8 @@ struct Renderer::Impl {
                                  frame.tool.opacity == last_tool.opacity && frame.tool.open == last_tool.open));
     if ((frame.cloud && frame.cloud->changes()) || film.changed()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
-           tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) &&
-           !std::memcmp(&data, &last_data, sizeof data);
+           tool_same && same_tip(frame.suction, last_tip) && same_particles(frame) &&
+           same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
   /// Fills descriptor set i. `i` is a slot, or kSlots + a slot for the reflected scene.
@@ -216,6 +219,7 @@ struct Renderer::Impl {
       last_data = data;
       last_tool = frame.tool;
       last_mirror = frame.mirror;
+      last_tip = frame.suction;
       last_view = frame.view;
       const auto particle_bytes = std::as_bytes(frame.particles);
       last_particles.assign(particle_bytes.begin(), particle_bytes.end());
@@ -237,6 +241,21 @@ struct Renderer::Impl {
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
+  }
+
+  static bool same_tip(const SuctionTip& a, const SuctionTip& b) {
+    return a.opening == b.opening && a.wall == b.wall && a.slant == b.slant && a.length == b.length &&
+           (a.opening == 0 || same(a.X_WS, b.X_WS));
+  }
+
+  void prepare_tip(const SuctionTip& tip) {
+    if (tip.opening <= 0) return;
+    SuctionTip wanted = tip;
+    wanted.X_WS = tip_made.X_WS;
+    if (tip_body.index_count && same_tip(wanted, tip_made)) return;
+    vkDeviceWaitIdle(device.device);
+    tip_made = wanted;
+    tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
   }
 
   /// The reflected scene in the mouth mirror: reflected eyes, and only objects in front of the glass.
@@ -286,17 +305,23 @@ struct Renderer::Impl {
         m[3] = glm::dvec4(X.p, 1);
         return m;
       };
-      const auto tool_at = [&](const ToolState& state) {
-        const glm::dmat4 world_from_tool = matrix_of(state.X_WG);
-        for (const ToolBody::Slice& s : tool_body.slices)
-          tiles[e].mark(seen_in(clip_from_world * world_from_tool, {-s.radius, -s.radius, s.low},
+      const auto body_at = [&](const ToolBody& body, const Pose& X_W) {
+        for (const ToolBody::Slice& s : body.slices)
+          tiles[e].mark(seen_in(clip_from_world * matrix_of(X_W), {-s.radius, -s.radius, s.low},
                                 {s.radius, s.radius, s.high}, drawn));
+      };
+      const auto tool_at = [&](const ToolState& state) {
+        body_at(tool_body, state.X_WG);
         const glm::dmat4 clip_from_handpiece = clip_from_world * matrix_of(state.X_WG * state.X_GH);
         for (const BoxInWorld& box : handpiece_body.boxes)
           tiles[e].mark(seen_in(clip_from_handpiece, glm::vec3(box.lo), glm::vec3(box.hi), drawn));
       };
       if (frame.tool.visible) tool_at(frame.tool);
       if (last_tool.visible) tool_at(last_tool);
+      if (!same_tip(frame.suction, last_tip)) {
+        if (frame.suction.opening > 0) body_at(tip_body, frame.suction.X_WS);
+        if (last_tip.opening > 0) body_at(tip_body, last_tip.X_WS);
+      }
       if (particles_changed) {
         over_tiles[e].mark(particles_now[e]);
         over_tiles[e].mark(particle_tiles[e]);
@@ -344,6 +369,7 @@ struct Renderer::Impl {
       draw_handpiece(commands, mirrored.tool, view, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
+      if (mirrored.suction.opening > 0) tool.record(context, commands, tip_body, mirrored.suction.X_WS, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
@@ -378,6 +404,7 @@ struct Renderer::Impl {
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
+    prepare_tip(frame.suction);
     // Find the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
@@ -465,6 +492,7 @@ struct Renderer::Impl {
       draw_handpiece(commands, frame.tool, view, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
+      if (frame.suction.opening > 0) tool.record(context, commands, tip_body, frame.suction.X_WS, stats);
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);

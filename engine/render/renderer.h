@@ -14,6 +14,7 @@
 
 #include "engine/base/pose.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/contract/suction_tip.h"
 #include "engine/contract/tissue.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/resources.h"
@@ -142,6 +143,7 @@ struct Frame {
   ToolState tool;
   Cursor cursor;
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
+  SuctionTip suction;  // opening 0: no tip
   View view = View::kLook;
   glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
   std::span<const Particle> particles;

@@ -172,6 +172,29 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
       [](double) { return false; });
 }
 
+ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
+  const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
+  const double ends = outer * slope + opening;  // z above which the tube is not slanted
+  ToolMesh mesh;
+  // From the dark bottom inside, down to the rounded rim, and up along the outside.
+  add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
+  for (ToolVertex& v : mesh.vertices) v.mark = 1;
+  add_lathe(mesh,
+            {{inner + 0.2 * wall, 0},
+             {outer - 0.2 * wall, 0},
+             {outer, 0.3 * wall},
+             {outer, ends},
+             {outer, length},
+             {0, length}},
+            48, 0.35f);
+  for (ToolVertex& v : mesh.vertices) {
+    const double z = v.p.z, lift = z < ends ? slope * static_cast<double>(v.p.x) * (1 - z / ends) : 0;
+    v.p.z = v.hull_p.z = static_cast<float>(z + lift);
+    v.spins = 0;
+  }
+  return mesh;
+}
+
 ToolMesh make_tool_mesh(const ToolShape& shape) {
   ToolMesh mesh;
   const std::vector<dvec2> head = refined(shape);

@@ -52,6 +52,10 @@ struct ToolMesh {
 
 ToolMesh make_tool_mesh(const ToolShape& shape);
 
+/// The tube of a suction tip with its slanted opening, in frame S of contract/suction_tip.h. Lengths in m, slant in
+/// rad.
+ToolMesh make_suction_mesh(double opening, double wall, double slant, double length);
+
 /// Adds a smooth, brushed surface of revolution about z, for a profile of (radius, z) in m from its lower end upwards.
 void add_lathe(ToolMesh& mesh, const std::vector<glm::dvec2>& profile, int around, float rough);
 

@@ -209,6 +209,51 @@ TEST_F(Work, ParticlesAreSimulatedOnlyAfterACutInASceneWithDebrisAndHaveTheMassO
               born, 1e-5 * born);
 }
 
+TEST_F(Work, WaterIsComputedOnlyInASceneWithSprayWhileThePedalIsPressedAndItsBalanceHolds) {
+  const test::Desktop desktop;
+  const auto session = [&](const std::string& keys, double pedal, const std::string& more = "") {
+    hand(200.8, 2, pedal);
+    std::string text = test::read_text(scene("\"haptics\", \"render\", \"debris\""));
+    const std::string ideal = "\"spindle_krpm\": 300";
+    text.replace(text.find(ideal), ideal.size(), "\"spindle\": \"air_turbine\"" + keys);
+    return all_of(fmt::format("{} --rig assets/rigs/window.json", folder.write("wet.json", text)), 3, more);
+  };
+  const std::string spray = R"(, "spray": {"flow_ml_per_min": 20})";
+  for (const Json& dry : {session("", 1), session(spray, 0)})
+    for (const char* kind : {"droplets_stepped", "film_cells_stepped", "film_texels"})
+      EXPECT_EQ(dry["work"][kind].integer(), 0) << kind;
+  // A second hand holds the tip at (23, 0, 202) mm instead of the scene's place.
+  const std::string left = folder.write("left.csv",
+                                        "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,23,0,202,1,0,0,0,0\n"
+                                        "9,23,0,202,1,0,0,0,0\n");
+  const Json wet = session(spray + R"(, "suction": {"position_mm": [27, 0, 202], "tip": "surgical"})", 1,
+                           fmt::format("--left-hand script:{} --record {} --explain", left, folder / "wet.h5"));
+  EXPECT_NE(said.find("left hand, with the suction"), std::string::npos) << said;
+  const session::SessionReader recorded(folder / "wet.h5");
+  const auto column = [&](const char* stream, std::size_t index) {
+    const auto& specs = recorded.header().streams;
+    for (std::size_t i = 0; i < specs.size(); ++i)
+      if (specs[i].name == stream) return recorded.streams()[i].columns[index];
+    return std::vector<double>{};
+  };
+  EXPECT_EQ(column("water", 0), std::vector<double>{1});
+  EXPECT_EQ(column("water", 1), std::vector<double>{1});
+  ASSERT_FALSE(column("left_hand", 0).empty());
+  EXPECT_DOUBLE_EQ(column("left_hand", 0).back(), 23e-3);
+  for (const char* kind : {"droplets_stepped", "film_cells_stepped", "film_texels"})
+    EXPECT_GT(wet["work"][kind].integer(), 0) << kind;
+  const auto water = [&](const char* part, const char* entry) {
+    return wet["debris"][part][entry]["water_mg"].number();
+  };
+  const double sprayed = water("spray", "sprayed");
+  EXPECT_GT(sprayed, 0);
+  EXPECT_NEAR(water("spray", "in_the_air") + water("spray", "sucked") + water("spray", "left") +
+                  water("spray", "no_room") + water("film", "on_surface") + water("film", "sucked") +
+                  water("film", "run_off") + wet["debris"]["film"]["dried_mg"].number(),
+              sprayed, 1e-9 * sprayed);
+  EXPECT_GT(water("film", "sucked"), 0);
+}
+
 TEST_F(Work, AnInvisibleToothIsCutButNotMeshedOrDrawn) {
   hand(200.8, 2, 1);
   const test::Desktop desktop;

@@ -341,8 +341,8 @@ TEST(RecorderThread, CountsTheEntriesThatEachRingDropped) {
   s.record = true;
   s.notes.emplace(made.scene, std::nullopt);
   session::SessionHeader header;
-  header.streams = {left_hand_stream(), head_stream()};
-  s.left_stream = 0, s.head_stream = 1;
+  header.streams = {left_hand_stream(), head_stream(), water_stream()};
+  s.left_stream = 0, s.head_stream = 1, s.water_stream = 2;
   Wiring& w = s.wiring;
   const auto overflow = [](auto& ring) {
     while (ring.push({})) {
@@ -351,12 +351,12 @@ TEST(RecorderThread, CountsTheEntriesThatEachRingDropped) {
   std::apply([&](auto&... ring) { (overflow(ring), ...); },
              std::tie(w.ticks_to_recorder, w.cuts_to_recorder, w.patches_to_recorder, w.edits_to_recorder,
                       w.pieces_to_recorder, w.seen_to_recorder, w.left_to_recorder, w.xr_frames_to_recorder,
-                      w.pictures_to_recorder));
+                      w.pictures_to_recorder, w.water_to_recorder));
   w.nothing_more = true;
   const std::string file = testing::TempDir() + fmt::format("typodont_rings_{}.h5", ::getpid());
   session::SessionWriter writer(file, header);
   recorder_thread(s, writer);
-  EXPECT_EQ(writer.status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 1, .other_ring = 7}));
+  EXPECT_EQ(writer.status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 1, .other_ring = 8}));
   std::filesystem::remove(file);
 }
 

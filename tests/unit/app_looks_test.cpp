@@ -291,6 +291,88 @@ TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
   EXPECT_THROW(scene(R"({"position_mm": [0, 0, 0]})", R"(["haptics"])"), Error);
 }
 
+TEST(SuctionInAScene, ATipIsReadAndItsMistakesAreNamed) {
+  const auto scene = [](const std::string& suction) {
+    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": ["haptics", "render",
+                                   "debris"], "suction": )" +
+                                       suction + "}",
+                                   "scene.json"),
+                       "scene.json");
+  };
+  const Scene held = scene(R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 2, 0]})");
+  EXPECT_NEAR(held.suction_tip.opening, 4e-3, 1e-12);
+  EXPECT_NEAR(held.suction->radius, 2e-3, 1e-12) << "the opening's";
+  EXPECT_NEAR(held.suction->flow, 120e-3 / 60, 1e-9);
+  EXPECT_LT(glm::length(held.suction_tip.X_WS.R * dvec3(0, 0, 1) - dvec3(0, 1, 0)), 1e-9);
+  EXPECT_TRUE(hand_holds_suction(held));
+  EXPECT_NEAR(scene(R"({"position_mm": [1, 2, 3], "tip": "surgical", "radius_mm": 3})").suction->radius, 3e-3, 1e-12);
+  for (const char* wrong : {R"({"tip": "surgical"})", R"({"position_mm": [1, 2, 3], "tip": "hose"})",
+                            R"({"position_mm": [1, 2, 3], "axis": [0, 0, 1]})",
+                            R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 0, 0]})"})
+    EXPECT_THROW(scene(wrong), Error) << wrong;
+}
+
+TEST(SprayInAScene, TakesTheMotorsNozzlesAndMistakesAreNamed) {
+  const auto scene = [](const std::string& spray, const char* parts = R"(["haptics", "render", "debris"])",
+                        const char* motor = R"("spindle": "air_turbine")") {
+    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", )" + std::string(motor) +
+                                       R"(, "parts": )" + parts + R"(, "spray": )" + spray + "}",
+                                   "scene.json"),
+                       "scene.json");
+  };
+  const Scene plain = scene("{}");
+  ASSERT_TRUE(plain.spray);
+  EXPECT_TRUE(plain.spray_on);
+  EXPECT_NEAR(plain.spray->flow, 30e-6 / 60, 1e-15);
+  EXPECT_EQ(plain.spray->count, 4);
+  const Scene little = scene(R"({"flow_ml_per_min": 12, "on": false})");
+  EXPECT_NEAR(little.spray->flow, 12e-6 / 60, 1e-15);
+  EXPECT_FALSE(little.spray_on);
+  EXPECT_THROW(scene(R"({"flow_ml_per_min": 0})"), Error);
+  EXPECT_THROW(scene(R"({"flow": 10})"), Error);
+  EXPECT_THROW(scene(R"({"on": 1})"), Error);
+  EXPECT_THROW(scene("{}", R"(["haptics", "render"])"), Error);
+  EXPECT_THROW(scene("{}", R"(["debris"])", R"("spindle_krpm": 300)"), Error) << "an ideal motor has no nozzles";
+}
+
+TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzles) {
+  const haptics::TissueVolume volume = solids(kCrownWithPulp);
+  const haptics::Tool bur = load_tool("round_012");
+  const auto worked = [&](const WaterPlan& water, bool pedal) {
+    DebrisView view(load_materials(), volume, water);
+    ServoTick tick;
+    tick.X_WG.p = kMiddle + dvec3(0, 0, 4.8e-3);
+    tick.pedal = pedal;
+    tick.spindle = pedal ? 3e4 : 0;
+    WorkCounts work;
+    for (int i = 0; i < 30; ++i) {
+      Cut cut;
+      cut.X_WA = cut.X_WB = tick.X_WG;
+      cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.01e-9;
+      if (pedal) view.add(cut, bur);
+      view.hold(tick, bur);
+      view.step(1.0 / 30);
+    }
+    view.count(work);
+    return std::pair(work, view.settle());
+  };
+  WaterPlan water{load_spindle("air_turbine").nozzles, true, glm::dvec4(0)};
+  const auto [work, mass] = worked(water, true);
+  EXPECT_GT(work.droplets_stepped, 0u);
+  EXPECT_GT(work.film_cells_stepped, 0u);
+  EXPECT_GT(work.film_texels, 0u);
+  EXPECT_NEAR(mass.spray->sprayed.water, 30e-6 / 60 * 1000, 1e-9);
+  EXPECT_GT(mass.film->on_surface.water, 0);
+  EXPECT_GT(mass.chips.deposited, 0);
+  water.on = false;
+  for (const auto& [idle, none] : {worked(water, true), worked({}, true), worked({water.nozzles, true, {}}, false)}) {
+    EXPECT_EQ(idle.droplets_stepped, 0u);
+    EXPECT_EQ(none.spray ? none.spray->sprayed.water : 0, 0);
+  }
+  const WorkCounts dry = worked({}, true).first;
+  EXPECT_EQ(dry.film_cells_stepped + dry.film_texels, 0u);
+}
+
 TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
   const haptics::TissueVolume volume = solids(kCrownWithPulp);
   const MaterialTable materials = load_materials();

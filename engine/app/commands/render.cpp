@@ -251,6 +251,7 @@ void run(const Options& options) {
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
+  stage.hold_suction(scene.suction_tip);
   ShownGeometry geometry;
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "engine/app/assets.h"
-#include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "haptics/device_safety.h"
@@ -164,13 +163,19 @@ void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
   hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
 }
 
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record) {
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record) {
   // the priority is lower than that of the drilling hand
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     hand.write(dvec3(0), dvec3(0));  // arms report positions only to a program that sends forces
-    wiring.mouth_mirror.publish(held(mirror, sample.X_WT));
+    if (hand_holds_suction(scene)) {
+      SuctionTip tip = scene.suction_tip;
+      tip.X_WS = sample.X_WT;
+      wiring.suction_tip.publish(tip);
+    } else {
+      wiring.mouth_mirror.publish(held(scene.mouth_mirror, sample.X_WT));
+    }
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     if (record && zero != 0) {
       sample.t = now() - zero;  // uses the session's clock instead of the device's clock

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/display_rig.h"
@@ -24,7 +25,7 @@ struct HandChoice {
 
 struct Hands {
   std::unique_ptr<haptics::HapticDevice> right;
-  std::unique_ptr<haptics::HapticDevice> left;  // device that holds the mouth mirror; null: no second hand
+  std::unique_ptr<haptics::HapticDevice> left;  // device that holds mouth mirror or suction; null: no second hand
 };
 
 /// Creates a hand that belongs to a window or a headset, from the scheme and the rest of an address, for example
@@ -82,8 +83,8 @@ class PedalInterlock {
 /// of contact.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
-/// The loop of the second hand's thread. The pose of this hand is that of the mouth mirror. `mirror`: the scene's
-/// mouth mirror.
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);
+/// The loop of the second hand's thread. This hand holds the mouth mirror or, if hand_holds_suction(scene), the suction
+/// tip.
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record);
 
 }  // namespace typodont

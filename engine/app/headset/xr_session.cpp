@@ -81,7 +81,8 @@ struct XrSession::Thread {
   Surroundings surroundings;
   MouthMirror mirror;  // the scene's mirror at its initial pose, or at the other hand's pose
   MouthMirror scene_mirror;
-  int mirror_hand = -1;  // index of the controller that holds the mouth mirror
+  SuctionTip suction_tip;  // the scene's tip, at its initial pose
+  int mirror_hand = -1;    // index of the controller that holds the mouth mirror
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -113,6 +114,8 @@ struct XrSession::Thread {
     surroundings = make_surroundings(scene.surroundings);
     if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
     mirror = scene_mirror = scene.mouth_mirror;
+    suction_tip = scene.suction_tip;
+    if (debris && scene.suction_on && scene.suction) debris->suck(scene.suction);
   }
 
   void enter(Phase next, std::exception_ptr error = nullptr) {
@@ -212,7 +215,8 @@ struct XrSession::Thread {
                                      debris ? debris->particles() : std::span<const render::Particle>{},
                                      debris ? debris->cloud() : nullptr,
                                      dt,
-                                     mirror};
+                                     mirror,
+                                     suction_tip};
       set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
       const dvec3 left_W = frame.eyes[0].position, right_W = frame.eyes[1].position;
       if (const double ipd = glm::length(right_W - left_W); ipd > 0)

@@ -88,6 +88,7 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   frame.particles = scenery.particles;
   frame.cloud = scenery.cloud;
   frame.mirror = scenery.mirror;
+  frame.suction = scenery.suction;
   return frame;
 }
 

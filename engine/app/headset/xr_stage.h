@@ -43,6 +43,7 @@ class XrStage {
     render::ParticleCloud* cloud = nullptr;  // particles on this stage's device; null: none
     double dt = 0;                           // s since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
+    SuctionTip suction;                      // opening 0: none
   };
   /// Makes the frame for the renderer. `angle`: rad, angle of the bur.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);

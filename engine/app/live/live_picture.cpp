@@ -88,6 +88,7 @@ void LivePicture::make(gpu::Device* device) {
   }
   stage_->surround(around_);
   stage_->hold_mirror(scene_.mouth_mirror);
+  stage_->hold_suction(scene_.suction_tip);
   views_->attach(Eyes::kTrainee, &*stage_);
   if (debris_) debris_->use(&stage_->device());
 }
@@ -133,7 +134,13 @@ void LivePicture::suck(bool on) {
   sucking_ = on;
   constexpr double kBeside = 9e-3;  // m, distance behind the tooth as seen by the trainee
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
+  if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)
+    nozzle.p_W = session_.wiring.suction_tip.front().X_WS.p;
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
+}
+
+double LivePicture::suction_flow() const {
+  return sucking_ ? scene_.suction.value_or(debris::Suction{}).flow : 0;
 }
 
 void LivePicture::switch_spray() {
@@ -208,7 +215,21 @@ void LivePicture::collect() {
 
 MouthMirror LivePicture::mirror_for(const Look& look) {
   if (!look.mirror) return {};
-  return left_hand_ ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+  return left_hand_ && !hand_holds_suction(scene_) ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+}
+
+SuctionTip LivePicture::tip_for(const Look& look) {
+  if (!look.debris) return {};
+  return left_hand_ && hand_holds_suction(scene_) ? session_.wiring.suction_tip.front() : scene_.suction_tip;
+}
+
+/// Records the water's and the suction's state whenever it changes.
+void LivePicture::record_water() {
+  const Nanos zero = session_.wiring.session_zero;
+  if (!session_.water_stream || zero == 0) return;
+  const WaterSwitch present{now() - zero, spraying(), sucking_};
+  if (water_ && water_->spray == present.spray && water_->suction == present.suction) return;
+  if (session_.wiring.water_to_recorder.push(present)) water_ = present;
 }
 
 /// Sets which pictures show the tissue; the carver meshes only tissue that a picture shows.
@@ -248,6 +269,7 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
   own_stage_->look_from(rig_of(own_from_, views_->middle(), own_size_));
   const Look& look = views_->look(Eyes::kOwn);
   own_stage_->hold_mirror(mirror_for(look));
+  own_stage_->hold_suction(tip_for(look));
   const bool chips = debris_ && look.debris;
   const auto particles = chips ? debris_->particles() : std::span<const render::Particle>{};
   own_stage_->show_film(chips ? debris_->film() : nullptr);
@@ -286,7 +308,11 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
   if (debris_) move_debris(tick, dt, work);
-  if (left_hand_) wiring.mouth_mirror.fetch();
+  if (left_hand_ && hand_holds_suction(scene_)) {
+    if (wiring.suction_tip.fetch() && debris_) suck(sucking_);
+  } else if (left_hand_) {
+    wiring.mouth_mirror.fetch();
+  }
   follow_implant(tick);
   if (gum_) follow_gum(tick);
   draw_own(tick, dt, work);
@@ -296,12 +322,14 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   const Look& look = views_->look(Eyes::kTrainee);
   stage_->hold_mirror(mirror_for(look));
+  stage_->hold_suction(tip_for(look));
   const bool chips = debris_ && look.debris;
   stage_->show_cloud(chips ? debris_->cloud() : nullptr);
   stage_->show_film(chips ? debris_->film() : nullptr);
   const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
   frames_ += stats.drawn;
   record_view();
+  record_water();
   if (stats.drawn) {
     count_frame(stats, work);
     follow(stats, dt, tick);

@@ -80,6 +80,7 @@ class LivePicture {
   bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
+  double suction_flow() const;  // m³/s; 0: the suction is off
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
@@ -99,6 +100,8 @@ class LivePicture {
   void follow_gum(const ServoTick& tick);
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
+  SuctionTip tip_for(const Look& look);
+  void record_water();
   void suck(bool on);
   void move_debris(const ServoTick& tick, double dt, WorkCounts& work);
   void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
@@ -121,6 +124,7 @@ class LivePicture {
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture
   std::optional<DebrisView> debris_;
   bool sucking_ = false;
+  std::optional<WaterSwitch> water_;  // the state that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
 

@@ -49,6 +49,9 @@ void RecorderTurns::turn() {
     writer.append(*s.head_stream, seen.t,
                   std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
   }
+  WaterSwitch water;
+  while (wiring.water_to_recorder.pop(water))
+    writer.append(*s.water_stream, water.t, std::array{water.spray ? 1.0 : 0.0, water.suction ? 1.0 : 0.0});
   haptics::HandSample left;
   while (wiring.left_to_recorder.pop(left)) {
     const Pose& X = left.X_WT;
@@ -65,8 +68,8 @@ void RecorderTurns::turn() {
     if (zero != 0 && picture.t >= zero) writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
   const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() +
                               wiring.pieces_to_recorder.dropped() + wiring.seen_to_recorder.dropped() +
-                              wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
-                              wiring.pictures_to_recorder.dropped();
+                              wiring.left_to_recorder.dropped() + wiring.water_to_recorder.dropped() +
+                              wiring.xr_frames_to_recorder.dropped() + wiring.pictures_to_recorder.dropped();
   writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
   writer.heartbeat();
   const session::WriterStatus& status = writer.status();

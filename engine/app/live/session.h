@@ -50,8 +50,9 @@ struct LiveSession {
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;             // index of the recorded stream for a second hand
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
-  std::optional<TickNotes> notes;          // RECORDER: notes derived from the ticks; empty without recording
-  std::filesystem::path save;              // file to which the tissue is saved
+  std::optional<std::size_t> water_stream;  // index of the recorded stream for water and suction, if there is debris
+  std::optional<TickNotes> notes;           // RECORDER: notes derived from the ticks; empty without recording
+  std::filesystem::path save;               // file to which the tissue is saved
   // CARVER: counts of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
   haptics::SearchCounts looks;                      // CARVER: number of searches by the contact model

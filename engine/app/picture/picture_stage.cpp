@@ -335,6 +335,7 @@ render::Frame PictureStage::look() const {
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
   frame.mirror = mirror_;
+  frame.suction = tip_;
   return frame;
 }
 

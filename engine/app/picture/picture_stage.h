@@ -87,6 +87,8 @@ class PictureStage {
 
   /// Sets the mouth mirror from the next frame on; diameter 0: none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
+  /// Sets the suction tip from the next frame on; opening 0: none.
+  void hold_suction(const SuctionTip& tip) { tip_ = tip; }
   /// Sets the particles on the stage's device from the next frame on; null: none.
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
   /// Brings the film on the surfaces up to date; null: no film.
@@ -191,6 +193,7 @@ class PictureStage {
   // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
+  SuctionTip tip_;
   render::ParticleCloud* cloud_ = nullptr;
   FilmPicture::Shown film_shown_;
   render::View view_ = render::View::kLook;

@@ -73,6 +73,10 @@ session::StreamSpec head_stream() {
            {"view", ""}}};
 }
 
+session::StreamSpec water_stream() {
+  return {"water", {{"spray", ""}, {"suction", ""}}};
+}
+
 session::StreamSpec picture_stream() {
   return {"picture",
           {{"period_s", "s"},

@@ -28,6 +28,8 @@ session::StreamSpec left_hand_stream();
 
 /// Stream of the eyes in front of a screen, and of the view; one row per change.
 session::StreamSpec head_stream();
+/// Stream of the handpiece's water and of the suction (0 or 1); one row per change.
+session::StreamSpec water_stream();
 /// Name of a view: "look", "section", "xray", "difference".
 std::string_view view_name(render::View view) noexcept;
 /// Stream of the pictures on a screen; one row per frame.

@@ -68,6 +68,7 @@ class Side {
     stage.surround(around_);
     if (auto gum = soft_gum(player_.scene().surroundings)) gum_.emplace(player_, std::move(gum), around_);
     stage.hold_mirror(player_.scene().mouth_mirror);
+    stage.hold_suction(player_.scene().suction_tip);
     const double voxel = player_.tissue().frame().voxel;
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
     player_.smooth_to(detail_->tolerance());
@@ -103,7 +104,9 @@ class Side {
       stage_->show_gum(gum_->view());
     }
     if (view_ == "section" || view_ == "xray") look_inside();
+    hold_other_hand();
     if (debris_) {
+      switch_water();
       for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tool_set(servo())[cut.tool]);
       debris_->hold(player_.tick(), haptics::tool_set(servo())[player_.tick().tool]);
       debris_->step(std::clamp(dt, 0.0, 0.1));
@@ -126,6 +129,24 @@ class Side {
   }
 
  private:
+  /// Mouth mirror or suction tip where the recorded second hand holds it.
+  void hold_other_hand() {
+    const Scene& scene = player_.scene();
+    nozzle_ = scene.suction;
+    const std::optional<OtherHand> hand = player_.other_hand();
+    if (!hand) return;
+    if (!hand_holds_suction(scene)) return stage_->hold_mirror(held(scene.mouth_mirror, hand->X_WT));
+    SuctionTip tip = scene.suction_tip;
+    tip.X_WS = hand->X_WT;
+    stage_->hold_suction(tip);
+    if (nozzle_) nozzle_->p_W = hand->X_WT.p;
+  }
+  /// Water and suction as they were switched in the session.
+  void switch_water() {
+    const WaterSwitch water = player_.water();
+    debris_->spray(water.spray);
+    debris_->suck(water.suction ? nozzle_ : std::nullopt);
+  }
   /// Computes the inner bodies of a view again if the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
@@ -166,6 +187,7 @@ class Side {
   std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
   std::optional<haptics::TissueVolume> ideal_;
+  std::optional<debris::Suction> nozzle_;
   std::string view_ = "look";
   std::uint64_t inside_cuts_ = ~std::uint64_t{0};
   glm::dvec4 plane_{0, 0, 1, 0};

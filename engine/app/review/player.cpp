@@ -37,6 +37,38 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
   seek(begin_);
 }
 
+const session::StreamData* SessionPlayer::stream(std::string_view name) const {
+  const auto& specs = session_.header().streams;
+  for (std::size_t i = 0; i < specs.size(); ++i)
+    if (specs[i].name == name && !session_.streams()[i].t.empty()) return &session_.streams()[i];
+  return nullptr;
+}
+
+namespace {
+
+/// Index of the last row that is not after t; the first row if all are.
+std::size_t row_at(const session::StreamData& data, Nanos t) {
+  const auto after = std::upper_bound(data.t.begin(), data.t.end(), t);
+  return after == data.t.begin() ? 0 : static_cast<std::size_t>(after - data.t.begin()) - 1;
+}
+
+}  // namespace
+
+std::optional<OtherHand> SessionPlayer::other_hand() const {
+  const session::StreamData* hand = stream("left_hand");
+  if (!hand) return std::nullopt;
+  const std::size_t i = row_at(*hand, tick_.t);
+  const auto& c = hand->columns;
+  return OtherHand{{{c[0][i], c[1][i], c[2][i]}, glm::normalize(dquat(c[3][i], c[4][i], c[5][i], c[6][i]))}};
+}
+
+WaterSwitch SessionPlayer::water() const {
+  const session::StreamData* water = stream("water");
+  if (!water) return {tick_.t, scene_.spray_on, scene_.suction_on};
+  const std::size_t i = row_at(*water, tick_.t);
+  return {tick_.t, water->columns[0][i] != 0, water->columns[1][i] != 0};
+}
+
 void SessionPlayer::from_the_start() {
   haptics::ServoSettings settings = scene_.servo;
   settings.laws = session_.header().servo_laws;

@@ -17,6 +17,11 @@
 
 namespace typodont {
 
+/// The second hand, which holds the mouth mirror or the suction tip.
+struct OtherHand {
+  Pose X_WT;
+};
+
 class SessionPlayer {
  public:
   /// Opens a session at its first tick. Throws Error if the file is not a session with ticks, or if its tissue is
@@ -35,6 +40,10 @@ class SessionPlayer {
   const ServoTick& tick() const { return tick_; }
   /// Cuts applied by the last forward seek(); they create the chips.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
+  /// Pose of the second hand at the present time; empty if the session has none.
+  std::optional<OtherHand> other_hand() const;
+  /// Water and suction at the present time: as recorded, otherwise as the scene begins.
+  WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
   /// Sets the mesh tolerance in voxels; all bricks are then meshed again.
   void smooth_to(float tolerance);
@@ -58,6 +67,9 @@ class SessionPlayer {
   void from_the_start();
   void go_back(Nanos t);
   void go_on(Nanos t);
+
+  /// The recorded stream of this name; null if there is none.
+  const session::StreamData* stream(std::string_view name) const;
 
   session::SessionReader session_;
   Scene scene_;
