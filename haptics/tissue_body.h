@@ -21,8 +21,7 @@ class TissueBody {
   /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
   virtual void set_laws(std::uint32_t /*laws*/) {}
 
-  // Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: the previous cut ended at
-  // A with the same tool, so only tissue ahead can change.
+  // Functions for strokes.
   /// Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: the previous cut ended at A
   /// with the same tool, so only tissue ahead can change.
   virtual void carve(const Cut& cut, bool continues) = 0;
@@ -43,8 +42,8 @@ class TissueBody {
   /// Number of strokes that can be undone and redone, the present stroke included.
   virtual TissueVolume::Strokes strokes() { return rasterize().strokes(); }
 
-  // Returns an empty snapshot for the servo, with buffers of full size.
-  /// Returns an empty snapshot with buffers of full size.
+  // Functions for snapshots.
+  /// Returns an empty snapshot for the servo, with buffers of full size.
   virtual std::unique_ptr<Snapshot> make_snapshot() const = 0;
   /// Distance that the tool may move before a new snapshot is due, m; infinity if a snapshot contains all of the
   /// tissue.

@@ -7,7 +7,8 @@ namespace typodont::haptics {
 
 /// Number of field queries: calls of the samplers of surface_patch.h.
 std::uint64_t queries_of_this_thread() noexcept;
-/// Adds to the number of field queries. For code that evaluates many samples at once without those samplers.
+/// Adds to the number of field queries. For code that evaluates many samples at once without the samplers of
+/// surface_patch.h.
 void count_queries(std::uint64_t count) noexcept;
 /// Number of tissue elements examined near the head, by contact model.
 struct SearchCounts {

@@ -472,7 +472,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      if (reach > horizon) from.u += from.rate * (0.25 * reach);  // the middle of the longer interval has another time
+      // a longer interval has another middle, at which the shift is different
+      if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
       solution = next;

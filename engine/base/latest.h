@@ -22,7 +22,7 @@ class Latest {
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // For the writer thread: the value to fill before it is published.
+  // Functions for the writer thread. back(): the value to fill before it is published.
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -41,8 +41,8 @@ class Latest {
     return true;
   }
 
-  // For the reader thread: fetches the newest value. Returns true if the value was published after the last fetch.
-  /// Fetches the newest value. True if it is new since the last fetch.
+  // Functions for the reader thread.
+  /// Fetches the newest value. Returns true if the value was published after the last fetch.
   bool fetch() noexcept {
     // A plain exchange would be wrong: after this load the writer may take back the fresh value and leave an old one in
     // the slot. The loop repeats only if the writer published after the load.

@@ -156,7 +156,7 @@ class LoosePieces::KnownBlocks {
       std::erase_if(roots_, [&](int i) { return floods_[static_cast<std::size_t>(i)].root != i; });
       if (roots_.size() < 2) return;
       live_.clear();
-      std::int64_t largest = 0;  // samples in the largest flood that ended
+      std::int64_t largest = 0;  // number of samples of the largest flood that has ended
       for (const int i : roots_) {
         const Flood& flood = floods_[static_cast<std::size_t>(i)];
         if (flood.ended()) {

@@ -153,7 +153,8 @@ struct TissueVolume::Impl {
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// Restores labels from before a filling, in a box where distances changed and the filling is gone.
+  /// Restores the labels from the time before a filling, in a box in which distances changed and the filling was
+  /// removed.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   /// Swaps the content of a stroke with the tissue; `back`: true for undo.

@@ -34,7 +34,7 @@ class XrSession {
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The functions below are for the session's own thread. Starts the recorded times at `began`.
+  // Functions for the session's own thread.
   /// Starts the recorded times at `began`.
   void start(Nanos began);
   /// Supervises the headset. Returns false if the user ended the session. Throws RunFailure if the runtime was lost
