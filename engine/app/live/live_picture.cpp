@@ -279,6 +279,7 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
   debris_->hold(tick, tools[tick.tool]);
   debris_->step(std::min(dt, 0.1));
   debris_->count(work);
+  record_water();
 }
 
 void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
@@ -310,7 +311,6 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
   frames_ += stats.drawn;
   record_view();
-  record_water();
   if (stats.drawn) {
     count_frame(stats, work);
     follow(stats, dt, tick);
