@@ -286,6 +286,7 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
   debris_->hold(tick, tools[tick.tool]);
   debris_->step(std::min(dt, 0.1));
   debris_->count(work);
+  record_water();
 }
 
 /// Takes over the changes of the soft gum.
@@ -329,7 +330,6 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
   frames_ += stats.drawn;
   record_view();
-  record_water();
   if (stats.drawn) {
     count_frame(stats, work);
     follow(stats, dt, tick);
