@@ -218,11 +218,37 @@ std::string spindle_text(double krpm) {
   return krpm < kSlow ? fmt::format("{:.0f} rpm", 10 * std::round(100 * krpm)) : fmt::format("{:.0f} krpm", krpm);
 }
 
+namespace {
+
+/// Height of a glyph in atlas pixels: rows that are at least half inside it. Its box also has a margin.
+double ink_rows(const font::Glyph& g) {
+  int rows = 0;
+  for (int j = 0; j < g.h; ++j) {
+    const auto* const row = font::kAtlas + (g.y + j) * font::kWidth + g.x;
+    rows += std::any_of(row, row + g.w, [](auto distance) { return distance >= 128; });
+  }
+  return rows;
+}
+
+}  // namespace
+
+double readable_letters(const DisplayRig& rig) {
+  if (rig.kind != DisplayKind::kMirror) return 0;
+  const Screen screen = rig.mirror ? reflect(*rig.mirror, rig.screen) : rig.screen;
+  const dvec3 up = screen.upper_left - screen.lower_left;
+  const dvec3 middle = 0.5 * (screen.upper_left + screen.lower_right), sight = middle - rig.head.eye_center;
+  const double distance = glm::length(sight);
+  const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));  // the height without foreshortening
+  const double half_height = 0.5 * glm::length(seen) / distance;                  // rad
+  const double x_height = ink_rows(*glyph('x')) / font::kSize;                    // over the height of the letters
+  return kLeastXHeight / (x_height * half_height);
+}
+
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
-  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, spindle_text(hud.speed_krpm),
-                     force_text(hud), force_fraction(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y,
-                     hud.upright[1].x, hud.upright[1].y, place.x, place.y);
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint, spindle_text(hud.speed_krpm),
+                     force_text(hud), force_fraction(hud), hud.aspect, hud.least_letters, hud.upright[0].x,
+                     hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x, place.y);
 }
 
 std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
@@ -241,7 +267,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
 
   // The text height is proportional to the picture's height, but at least the readable minimum. The text is never wider
   // than the picture.
-  double h = std::max(kLetters, 2 * kLeastLetters / (turned ? place.x : place.y));
+  double h = std::max({kLetters, hud.least_letters, 2 * kLeastLetters / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
   h *= std::min(1.0, room / first_line(h));

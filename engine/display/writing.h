@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/display/display_rig.h"
+
 namespace typodont::display {
 
 /// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
@@ -22,9 +24,17 @@ struct Hud {
   double force = 0;         // N
   double force_limit = 5;   // N, force at the bar's end
   std::string hint;         // parts separated by three spaces; lines break there
-  glm::dmat2 upright{1.0};  // result of display::upright()
-  double aspect = 0;        // width / height of the physical picture; 0: derived from the pixels
+  double least_letters = 0;  // least height of the letters over half the picture's height: readable_letters()
+  glm::dmat2 upright{1.0};   // result of display::upright()
+  double aspect = 0;         // width / height of the physical picture; 0: derived from the pixels
 };
+
+/// Least x-height of a text: the angle that it subtends at the eye, rad. ISO 9241-303 recommends 20 to 22 minutes of
+/// arc for whole characters; the small letters are used here, which is stricter.
+inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
+/// Height of the letters over half the picture's height at which small letters subtend kLeastXHeight at the eyes of a
+/// mirror's rig, in the middle of the picture. 0 for other rigs: a window's size on the desk is not known.
+double readable_letters(const DisplayRig& rig);
 
 /// A box in pixels from the upper left corner of an eye's region on the screen.
 struct WritingBox {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "engine/display/writing.h"
+#include "tests/support/color_vision.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {
@@ -103,6 +104,89 @@ TEST(Writing, FitsSmallPicturesWithLettersThatCanBeRead) {
     if (place.x >= 320) {
       EXPECT_GE(writing.panels()[0].box.size.y, 2 * 13) << place.x;
     }
+  }
+}
+
+TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
+  const display::DisplayRig shipped = display::load_rig("assets/rigs/mirror.json");
+  for (const double distance : {0.7, 1.0, 1.6, 2.5}) {  // of the eyes, over the shipped rig's distance
+    display::DisplayRig rig = shipped;
+    rig.head.eye_center *= distance;
+    // The angle from the geometry alone: the seen screen, and its pixels between the baseline and the top of an x.
+    const display::Screen seen = display::reflect(*rig.mirror, rig.screen);
+    const glm::dvec3 middle = 0.5 * (seen.upper_left + seen.lower_right), sight = middle - rig.head.eye_center;
+    const glm::dvec3 pixel = (seen.upper_left - seen.lower_left) / static_cast<double>(rig.screen.pixels.y);
+    const double across = glm::length(glm::cross(pixel, sight)) / glm::dot(sight, sight);  // rad per pixel
+    Writing writing;
+    Hud says = hud();
+    says.hint.clear();
+    says.tool = "xxxx";
+    says.force_shown = false;
+    says.aspect = 16.0 / 9;
+    says.least_letters = display::readable_letters(rig);
+    writing.write(says, rig.screen.pixels);
+    // The letters stand in the left half of the panel: the tool's name. Rows in which a letter has ink:
+    const Writing::Panel& panel = writing.panels()[0];
+    int rows = 0;
+    for (int y = 0; y < panel.box.size.y; ++y) {
+      bool ink = false;
+      for (int x = 0; x < panel.box.size.x / 3; ++x)
+        ink = ink || panel.rgba[4 * static_cast<std::size_t>(y * panel.box.size.x + x)] > 120;
+      rows += ink;
+    }
+    EXPECT_GE((rows + 1) * across, display::kLeastXHeight) << distance;  // + 1: pixels at the edges are half covered
+  }
+}
+
+TEST(Writing, ItsPanelsDoNotOverlapInAnyPictureOfTheRigsWithTheShortestAndLongestTexts) {
+  const display::DisplayRig mirror = display::load_rig("assets/rigs/mirror.json");
+  for (const glm::ivec2 place : {glm::ivec2(1920, 1080), {960, 1080}, {1280, 720}, {640, 480}, {1280, 1024}}) {
+    for (const double least : {0.0, display::readable_letters(mirror)}) {
+      for (const bool shortest : {true, false}) {
+        Writing writing;
+        Hud says = hud();
+        says.tool = shortest ? "x" : "Kegelstumpffräser mit runder Spitze 12.5 mm";
+        says.hint = shortest ? "x" : kHint + "   Z macht den letzten Strich rückgängig   Y wiederholt ihn   " + kHint;
+        says.least_letters = least;
+        writing.write(says, place);
+        ASSERT_EQ(writing.panels().size(), 2u);
+        const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;
+        const bool apart = a.lo.x + a.size.x <= b.lo.x || b.lo.x + b.size.x <= a.lo.x || a.lo.y + a.size.y <= b.lo.y ||
+                           b.lo.y + b.size.y <= a.lo.y;
+        EXPECT_TRUE(apart) << place.x << " x " << place.y;
+        for (const auto& panel : writing.panels()) {
+          EXPECT_GE(panel.box.lo.x, 0);
+          EXPECT_LE(panel.box.lo.x + panel.box.size.x, place.x);
+        }
+      }
+    }
+  }
+}
+
+// The bar's colour goes with its length, and its meaning stays visible for colour-blind people.
+TEST(Writing, TheForceBarKeepsItsThreeColorsApartForEveryKindOfColorBlindness) {
+  const auto bar = [](double fraction) {
+    Writing writing;
+    Hud says = hud();
+    says.force = fraction * says.force_limit;
+    writing.write(says, {1280, 720});
+    glm::dvec3 most(0);  // the only coloured pixels of the panel are the bar's
+    double chroma = 0;
+    const Writing::Panel& panel = writing.panels()[0];
+    for (std::size_t i = 0; i < panel.rgba.size(); i += 4) {
+      const glm::dvec3 c(panel.rgba[i], panel.rgba[i + 1], panel.rgba[i + 2]);
+      const double own = std::max({c.r, c.g, c.b}) - std::min({c.r, c.g, c.b});
+      if (own > chroma) chroma = own, most = c;
+    }
+    return most;
+  };
+  const glm::dvec3 low = bar(0.02), middle = bar(0.6), high = bar(1);
+  constexpr glm::dvec3 kTrack(60, 66, 74);
+  for (const Vision vision : kVisions) {
+    EXPECT_GT(difference(vision, low, middle), 12);
+    EXPECT_GT(difference(vision, middle, high), 12);
+    EXPECT_GT(difference(vision, low, high), 12);
+    for (const glm::dvec3& color : {low, middle, high}) EXPECT_GT(difference(vision, color, kTrack), 25);
   }
 }
 

@@ -384,6 +384,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     hud_.force = read_force_;
     hud_.force_limit = options_.force_limit;
     hud_.hint = hint;
+    hud_.least_letters = display::readable_letters(rig_);
     hud_.upright = display::upright(rig_);
     hud_.aspect =
         glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);

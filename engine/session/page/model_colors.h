@@ -10,17 +10,18 @@
 
 namespace typodont::session {
 
-/// Colour of each tissue, indexed by Tissue.
+/// Colour of each tissue, indexed by Tissue. Readers with any kind of colour blindness can tell them apart:
+/// tests/unit/color_vision_test.cpp.
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},
                                                                                 {110, 62, 28},
                                                                                 {196, 62, 74},
-                                                                                {228, 216, 190},
-                                                                                {212, 176, 148},
-                                                                                {222, 134, 140},
-                                                                                {150, 155, 162},
-                                                                                {232, 214, 180}}};
+                                                                                {210, 214, 112},
+                                                                                {170, 152, 96},
+                                                                                {222, 112, 142},
+                                                                                {98, 92, 110},
+                                                                                {156, 200, 206}}};
 
 /// Blue: too much tissue remains; grey: correct; red: cut too deep. Colour-blind readers can distinguish these
 /// colours.
