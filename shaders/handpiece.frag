@@ -5,6 +5,7 @@
 #include "lighting.glsl"
 #include "metal.glsl"
 #include "filtered.glsl"
+#include "handpiece.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec3 in_normal;
@@ -15,8 +16,6 @@ layout(location = 5) centroid in vec3 in_grip;
 layout(location = 0) out vec4 out_color;
 
 const float kKnurlPitch = 0.9e-3;  // m, same value as in engine/render/handpiece_mesh.h
-layout(constant_id = 6) const bool kKnurl = true;  // false: the picture is too coarse for a knurl
-
 const float kKnurlSlope = 0.5;     // largest slope of the knurl's pyramids
 
 void main() {
@@ -30,10 +29,10 @@ void main() {
     float t = dot(q, sight) / dot(sight, sight), miss = length(q - t * sight) / max(t, 1e-6);
     if (t < 1.0 && miss < object.view.z * (0.94 + 0.06 * noise)) left_out = true;
   }
-  vec3 n = normalize(in_normal), v = normalize(eye - in_position), groove = normalize(in_around - n * dot(n, in_around));
-  float rough = in_look.x, brushed = in_look.y;
-  // The knurl: two sets of grooves at ±45°. Where a pitch is smaller than two pixels, the grooves become roughness.
-  if (kKnurl) {
+  vec3 color = in_color;
+  if (kPerPixel) {
+    vec3 n = normalize(in_normal), v = normalize(eye - in_position), groove = normalize(in_around - n * dot(n, in_around));
+    // The knurl: two sets of grooves at ±45°. Where a pitch is smaller than two pixels, the grooves become roughness.
     vec2 place = in_grip.xy / kKnurlPitch, footprint = fwidth(place);
     float seen = in_grip.z * (1.0 - smoothstep(0.2, 0.5, max(footprint.x, footprint.y)));
     vec2 phase = 2.0 * kPi * vec2(place.x + place.y, place.x - place.y);
@@ -41,16 +40,9 @@ void main() {
     vec3 along = cross(n, groove);
     n = normalize(n + seen * (along * (slope.x + slope.y) + groove * (slope.x - slope.y)));
     groove = normalize(groove - n * dot(n, groove));
-    rough = mix(rough, 0.6, in_grip.z * (1.0 - seen));
-  } else {
-    rough = mix(rough, 0.6, in_grip.z);
+    float rough = mix(in_look.x, 0.6, in_grip.z * (1.0 - seen));
+    color = handpiece_light(n, v, groove, filtered_roughness(rough, n), vec4(in_look.x, in_look.y * (1.0 - in_grip.z), in_look.zw), in_color);
   }
-  brushed *= 1.0 - in_grip.z;
-  rough = filtered_roughness(rough, n);
-  // Plastic reflects a twentieth of the light like metal, and the rest diffusely.
-  float metal = in_look.z;
-  vec3 color = brushed_metal(n, v, groove, brushed, rough, mix(vec3(0.05), in_color, metal));
-  color += (1.0 - metal) * in_color * (0.8 * frame.up.w + 0.3183 * frame.key.w * max(dot(n, frame.key.xyz), 0.0));
   if (left_out) discard;
-  out_color = vec4(tone_map(color + in_look.w * in_color), 1.0);
+  out_color = vec4(tone_map(color), 1.0);
 }

@@ -2,6 +2,9 @@
 #extension GL_EXT_multiview : require
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "lighting.glsl"
+#include "metal.glsl"
+#include "handpiece.glsl"
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
@@ -35,6 +38,11 @@ void main() {
   out_normal = in_world(vec4(in_normal, 0.0));
   out_around = in_world(vec4(in_around, 0.0));
   out_color = in_color;
+  if (!kPerPixel) {
+    vec3 n = normalize(out_normal), v = normalize(frame.eye[VIEW].xyz - out_position);
+    vec3 groove = normalize(out_around - n * dot(n, out_around));
+    out_color = handpiece_light(n, v, groove, mix(in_look.x, 0.6, in_grip.z), in_look, in_color);
+  }
   out_look = in_look;
   out_grip = in_grip;
 }

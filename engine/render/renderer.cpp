@@ -382,7 +382,11 @@ struct Renderer::Impl {
     stats.mirror_triangles = seen.triangles;
   }
 
-  void make_handpiece() { handpiece_body.set(device, make_handpiece_mesh(handpiece, context.quality.handpiece_side)); }
+  /// The lowest level has neither shadow map nor handpiece.
+  void make_handpiece() {
+    const bool shown = context.quality.shadow_map > 0;
+    handpiece_body.set(device, make_handpiece_mesh(shown ? handpiece : Handpiece{}, context.quality.handpiece_side));
+  }
 
   void draw_tool(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     push_view(commands, context.layout, view, 1 - state.opacity);

@@ -55,7 +55,8 @@ struct XrGolden : testing::Test {
     shot.scenery.mirror = mirror;
     display::RuntimeGate gate;
     {
-      XrStage stage(rig, servo, {0, 0, 4e-3}, gate, {quality, true});
+      XrStage stage(rig, servo, {0, 0, 4e-3}, gate,
+                    {.quality = quality, .validation = true, .handpieces = {.shown = false}});
       stage.show(mesh, {0, 0, 0});
       stage.hmd().wake();
       for (int i = 1; i <= kFrame; ++i) {

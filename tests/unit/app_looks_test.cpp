@@ -410,18 +410,24 @@ TEST(SurroundingsFile, MistakesAreNamed) {
 }
 
 TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
-  const MouthMirror mirror = read_mouth_mirror(
-      Json::parse(R"({"translation_mm": [1, 2, 3], "normal": [0, -2, 0], "diameter_mm": 20, "fog": 0.3})", "scene"));
+  const MouthMirror mirror = read_mouth_mirror(Json::parse(
+      R"({"translation_mm": [1, 2, 3], "normal": [0, -2, 0], "diameter_mm": 20, "fog": 0.3, "focal_mm": 60})",
+      "scene"));
   EXPECT_LT(glm::length(mirror.X_WM.p - dvec3(1e-3, 2e-3, 3e-3)), 1e-15);
   EXPECT_LT(glm::length(mirror.X_WM.rotate({0, 0, 1}) - dvec3(0, -1, 0)), 1e-12);
   EXPECT_EQ(mirror.diameter, 0.02);
   EXPECT_EQ(mirror.fog, 0.3);
   EXPECT_EQ(held(mirror, {}).diameter, 0.02);
   EXPECT_EQ(held(mirror, {}).fog, 0.3);
+  EXPECT_EQ(mirror.focal, 0.06);
+  EXPECT_EQ(held(mirror, {}).focal, 0.06);
+  EXPECT_DOUBLE_EQ(magnification(mirror), 4.0 / 3);
+  EXPECT_EQ(magnification(MouthMirror{}), 1);
   EXPECT_EQ(held({}, {}).diameter, 22e-3) << "a hand has a mirror where the scene has none";
-  for (const char* wrong : {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
-                            R"({"translation_mm": [0, 0, 0], "fog": 2})",
-                            R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
+  for (const char* wrong :
+       {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
+        R"({"translation_mm": [0, 0, 0], "fog": 2})", R"({"translation_mm": [0, 0, 0], "focal_mm": 29})",
+        R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
     EXPECT_THROW(read_mouth_mirror(Json::parse(wrong, "scene")), Error) << wrong;
 }
 

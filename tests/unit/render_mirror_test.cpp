@@ -91,7 +91,7 @@ TEST(Mirror, TheBoxOfTheGlassHoldsAllOfIt) {
   EXPECT_FALSE(render::glass_in(frame.eyes[0], away, kSize));
 }
 
-TEST(Mirror, AKnownPointAppearsInTheGlassWhereTheMirroredCameraPutsIt) {
+TEST(Mirror, AKnownPointAppearsInAPlaneAndInAConcaveGlassWhereTheMirroredCameraAndItsMagnificationPutIt) {
   // A small ball before the glass; where it shows directly and where in the glass lie apart.
   const dvec3 ball_at = kBefore;
   Stage stage(kSize);
@@ -100,24 +100,30 @@ TEST(Mirror, AKnownPointAppearsInTheGlassWhereTheMirroredCameraPutsIt) {
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   frame.background = render::Background::kBlack;
   frame.mirror = turned_to_the_eyes();
-  const render::FrameStats stats = stage.draw(frame);
-  EXPECT_EQ(stats.mirror_passes, stage.device.multiview ? 1 : 2);
-  EXPECT_EQ(stage.device.validation_messages(), 0);
-  for (int e = 0; e < 2; ++e) {
-    const auto& eye = frame.eyes[static_cast<std::size_t>(e)];
-    const glm::dvec2 expected = pixel(render::reflected(eye, frame.mirror.X_WM), ball_at);
-    ASSERT_GT(glm::length(expected - pixel(eye, ball_at)), 30);
-    const render::Picture picture = stage.eye(e);
-    double x = 0, y = 0, weight = 0;
-    for (int j = static_cast<int>(expected.y) - 14; j <= static_cast<int>(expected.y) + 14; ++j)
-      for (int i = static_cast<int>(expected.x) - 14; i <= static_cast<int>(expected.x) + 14; ++i) {
-        ASSERT_TRUE(i >= 0 && j >= 0 && i < kSize.x && j < kSize.y);
-        const auto* c = picture.at(i, j);
-        if (c[0] > c[1] + 25) x += i + 0.5, y += j + 0.5, ++weight;  // pink on grey glass
-      }
-    ASSERT_GT(weight, 30) << "eye " << e;
-    EXPECT_NEAR(x / weight, expected.x, 0.7);
-    EXPECT_NEAR(y / weight, expected.y, 0.7);
+  for (const double focal : {0.0, 0.1}) {
+    frame.mirror.focal = focal;
+    const double magnified = focal > 0 ? 1 / (1 - 0.015 / focal) : 1;
+    const render::FrameStats stats = stage.draw(frame);
+    EXPECT_EQ(stats.mirror_passes, stage.device.multiview ? 1 : 2);
+    EXPECT_EQ(stage.device.validation_messages(), 0);
+    for (int e = 0; e < 2; ++e) {
+      const auto& eye = frame.eyes[static_cast<std::size_t>(e)];
+      const glm::dvec2 middle = pixel(eye, frame.mirror.X_WM.p);
+      const glm::dvec2 expected =
+          middle + magnified * (pixel(render::reflected(eye, frame.mirror.X_WM), ball_at) - middle);
+      ASSERT_GT(glm::length(expected - pixel(eye, ball_at)), 30);
+      const render::Picture picture = stage.eye(e);
+      double x = 0, y = 0, weight = 0;
+      for (int j = static_cast<int>(expected.y) - 14; j <= static_cast<int>(expected.y) + 14; ++j)
+        for (int i = static_cast<int>(expected.x) - 14; i <= static_cast<int>(expected.x) + 14; ++i) {
+          ASSERT_TRUE(i >= 0 && j >= 0 && i < kSize.x && j < kSize.y);
+          const auto* c = picture.at(i, j);
+          if (c[0] > c[1] + 25) x += i + 0.5, y += j + 0.5, ++weight;  // pink on grey glass
+        }
+      ASSERT_GT(weight, 30) << "eye " << e;
+      EXPECT_NEAR(x / weight, expected.x, 0.7);
+      EXPECT_NEAR(y / weight, expected.y, 0.7);
+    }
   }
 }
 

@@ -134,8 +134,8 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
-    // Constants of frame.glsl that a handpiece does not use, then kKnurl.
-    o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.scale < 1 ? 0u : 1u});
+    // Constants of frame.glsl that a handpiece does not use, then kPerPixel of handpiece.glsl.
+    o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
     handpiece_pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
