@@ -109,8 +109,8 @@ vec3 room(vec3 r, float rough) {
   return frame.up.w * (color + smoothstep(0.45 - 0.5 * rough, 1.05, dot(r, frame.window.xyz)) * kRoomWindow);
 }
 
-// Mean of room() over the directions above a surface, weighted by the cosine. The window's part is up to a seventh of
-// its radiance below the integral, because tissue hides the window more than the sky.
+// Mean of room() over the directions above a surface, weighted by the cosine. The window adds up to 0.06 of
+// its radiance less than the integral says, because tissue hides it more than the ceiling.
 vec3 ambient_light(vec3 n) {
   float window = max(dot(n, frame.window.xyz) + 0.35, 0.0);
   vec3 walls = mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz));
