@@ -5,7 +5,8 @@ const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
-const float kBounce = 0.75;  // mean irradiance of nearby tissue, relative to tissue that faces the lamp
+// Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
+const float kBounce = 0.75;
 
 // Points distributed evenly over the unit disc (Vogel's spiral).
 vec2 disc(int i, int count) {
@@ -142,10 +143,12 @@ vec3 room(vec3 r, float rough) {
   return frame.up.w * (color + smoothstep(0.45 - 0.5 * rough, 1.05, dot(r, frame.window.xyz)) * kRoomWindow);
 }
 
-// Mean of room() over the directions above a surface, weighted by the cosine. The weights were fitted to the integral.
+// Mean of room() over the directions above a surface, weighted by the cosine. The window adds up to 0.06 of
+// its radiance less than the integral says, because tissue hides it more than the ceiling.
 vec3 ambient_light(vec3 n) {
   float window = max(dot(n, frame.window.xyz) + 0.35, 0.0);
-  return frame.up.w * (mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz)) + 0.22 * window * window * kRoomWindow);
+  vec3 walls = mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz));
+  return frame.up.w * (walls + 0.22 * window * window * kRoomWindow);
 }
 
 struct Look {
@@ -175,7 +178,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
-  // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue.
+  // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue; fitted likewise.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
   // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
   vec3 bounce = kBounce * (1.0 - open) * albedo * lamp;

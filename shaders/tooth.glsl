@@ -48,7 +48,7 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gl
   color *= 0.97 + 0.06 * noise(p * 900.0);
   // A crack is where a smooth function of the place crosses zero. It scatters light and looks slightly brighter.
   float field = noise(vec3(p.xy / kCrackSpacing, 0.25 * p.z / kCrackSpacing) + 7.0) - 0.5;
-  float width = max(fwidth(field), 1e-5);
+  float width = 1.5 * pixel / kCrackSpacing;
   float crack = (1.0 - smoothstep(0.5 * width, 1.5 * width, abs(field))) * smoothstep(0.45, 0.7, noise(p * 500.0 + 3.0));
   return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }

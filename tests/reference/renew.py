@@ -62,8 +62,8 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--program", default=ROOT / "build/release/typodont")
     parser.add_argument("--samples", type=int, default=96)
-    parser.add_argument("--compare", action="store_true", help="write the pictures of docs/looks.md")
-    parser.add_argument("--before", help="folder with an older program and its assets, for --compare")
+    parser.add_argument("-c", "--compare", action="store_true", help="write the pictures of docs/looks.md")
+    parser.add_argument("-b", "--before", help="folder with an older program and its assets, for --compare")
     options = parser.parse_args()
     for wanted in json.loads((HERE / "scenes.json").read_text()):
         if options.names and wanted["name"] not in options.names:
