@@ -17,8 +17,8 @@ namespace typodont {
 namespace {
 
 // m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
-constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
-constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.0e-3;
+constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
+constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
