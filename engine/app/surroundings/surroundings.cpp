@@ -417,7 +417,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    add(box, kMouthVoxel, kGumTolerance, false, at, gum_label, everywhere,
+    const bool fine = field == &Jaw::cheek;  // it is the background of the work
+    add(box, kMouthVoxel, kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
