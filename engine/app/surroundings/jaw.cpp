@@ -137,8 +137,7 @@ double Jaw::from_curve(const Place& p) const {
 
 double Jaw::cheek(const Place& p) const {
   const double out = from_curve(p);
-  const double d = smooth_max(smooth_max(kCheekFrom - out, p.z - rim(p), kCheekRound), out - kLipFrom, 1e-3);
-  return std::max(d, p.depth - depth_);
+  return smooth_max(smooth_max(kCheekFrom - out, p.z - rim(p), kCheekRound), out - kLipFrom, 1e-3);
 }
 
 double Jaw::lip(const Place& p) const {

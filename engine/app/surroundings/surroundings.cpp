@@ -17,8 +17,8 @@ namespace typodont {
 namespace {
 
 // m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
-constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.30e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
-constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.0e-3;
+constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
+constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
@@ -417,7 +417,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    add(box, kMouthVoxel, kGumTolerance, false, at, gum_label, everywhere,
+    const bool fine = field == &Jaw::cheek;  // it is the background of the work
+    add(box, kMouthVoxel, kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };

@@ -50,7 +50,7 @@ double ToothForm::distance(const dvec3& p) const {
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    if (ellipse < 1e-3) return at_most;
+    if (ellipse < 0.55 || ellipse > 2) return at_most;  // far from the side
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
