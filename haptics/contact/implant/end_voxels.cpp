@@ -93,6 +93,8 @@ Reader fastest_reader() {
   return {plain::pairs, plain::samples, plain::bytes};
 }
 
+const Reader kReader = fastest_reader();
+
 /// The arguments of look_at_end() as plain data. `Real` is the type of the computation: float, or double for recordings
 /// by older laws. Positions are relative to a voxel near the tool, so that floats suffice.
 template <class Real>
@@ -360,10 +362,9 @@ void look_in_doubles(const Task<double>* task, EndLook* look) {
 template <class Real>
 Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                    const dquat& R_WT, const glm::ivec3& origin) {
-  static const Reader reader = fastest_reader();
   return {.voxels = voxels,
           .law = law,
-          .reader = reader,
+          .reader = kReader,
           .distance = patch.distance.data(),
           .tissue = patch.tissue.data(),
           .hardness = patch.hardness.empty() ? nullptr : patch.hardness.data(),
