@@ -24,19 +24,19 @@ class RunningNoise {
   std::size_t at_ = 0;
 };
 
-/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so no beat is heard while one fades
-/// into the other. Only construction allocates.
+/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition between them
+/// causes no beats. Only the constructor allocates.
 class RotorLines {
  public:
-  /// Gain of a line in each tissue's sound, relative to its own amplitude.
+  /// Gain of a line in each tissue's sound, as a ratio to the line's amplitude.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain of tissue t's
-  /// sound, read only if active[t]. The idle sound is that of tissue air.
+  /// Adds the next samples to `out`. `speeds`: ratio of the spindle's speed to the recorded speed. gains[t][i]: gain
+  /// of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
   template <std::size_t kLength>
   void add(const double* speeds, const float (*gains)[kLength], const bool* active, float* out, int count) noexcept {
     for (Oscillator& o : oscillators_) {

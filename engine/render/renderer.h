@@ -1,7 +1,7 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns it. It
-// draws two eyes in one pass (multiview) into a picture with two layers; a display composes and shows this picture
-// (engine/display). Objects that a frame does not contain have no pipeline and load no shader. A frame equal to the
-// previous one is not drawn again. FrameStats counts the work.
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns the
+// renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
+// and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
+// A frame equal to the previous frame is not drawn again. FrameStats counts the work.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ struct MeshUpdate {
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
 };
 
-/// A body made of bricks: the working tooth, gingiva, a neighbour.
+/// Number of a body made of bricks: the working tooth, gingiva, a neighbour.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
@@ -55,8 +55,8 @@ enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
   kXray,     // the working tooth as glass with the tissues inside it; no other body
-  // the working tooth compared with an ideal (Vertex::difference): blue must still be removed, red was removed by
-  // mistake
+  // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
+  // surface is red, too much was removed
   kDifference,
 };
 
@@ -71,15 +71,15 @@ struct Particle {
   glm::vec3 p{0};        // m, W
   float radius = 2e-5f;  // m
   glm::vec3 color{1};    // sRGB
-  float opacity = 1;     // 1: a chip; less: mist
+  float opacity = 1;     // 1 for a chip; less for mist
 };
 
 struct ToolState {
   bool visible = false;
   Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
-  double spindle = 0;  // rad/s, sets the motion blur of the flutes
-  double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
+  double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
+  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -100,8 +100,8 @@ struct Lights {
   double ambient = 0.50;
 };
 
-/// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
-/// shows the room in these pixels.
+/// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
+/// headset shows the room in these pixels.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
@@ -130,7 +130,7 @@ struct FrameStats {
   int views = 0;
   double redrawn = 1;  // redrawn fraction of the pictures
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
-  int bricks_unchanged = 0;  // bricks in view, but only in parts that are not redrawn
+  int bricks_unchanged = 0;  // number of bricks that are in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
   int passes = 0;           // number of recorded render passes
   int commands = 0;         // number of recorded draw calls
@@ -138,11 +138,11 @@ struct FrameStats {
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;  // number of pipelines that exist now
   double pixel = 0;   // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
-  // the glass.
+  // Counts for the picture in the mouth mirror, which is drawn only if an eye sees the glass. `passes` includes its
+  // passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
-  double gpu_ms = 0;  // GPU time of the last finished frame; 0 if the device has no timestamps
+  double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps
 };
 
 class Renderer {
@@ -152,7 +152,7 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  /// Uploads the given bricks; all others stay unchanged.
+  /// Uploads the given bricks; all other bricks stay unchanged.
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);

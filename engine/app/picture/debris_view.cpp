@@ -19,7 +19,7 @@ constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 }  // namespace
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue) : materials_(materials) {
-  // Take every n-th sample of the volume, so that no interpolation is needed.
+  // Takes every n-th sample of the volume, so that no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -46,8 +46,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
-  // created.
+  // With software rendering, a chip takes as much time to draw as some triangles of the tooth. Therefore fewer chips
+  // are created, each with more mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

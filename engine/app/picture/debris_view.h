@@ -39,8 +39,8 @@ class DebrisView {
   /// The particles in the renderer's format; valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// At the end: creates the chips of waiting cuts, and returns the balance of mass. Entries that are known only on the
-  /// GPU are NaN.
+  /// Call at the end. Creates the chips of the waiting cuts, and returns the balance of mass. Entries that only the
+  /// GPU has computed are NaN.
   debris::DebrisLedger settle();
 
  private:
@@ -55,8 +55,8 @@ class DebrisView {
   PerTissue batch_removed_{};         // m³, removed by the waiting cuts
   Cut last_;                          // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
-  PerTissue given_{};         // kg passed to the GPU
-  double given_dropped_ = 0;  // kg that the GPU dropped
+  PerTissue given_{};         // kg, mass passed to the GPU
+  double given_dropped_ = 0;  // kg, mass that the GPU dropped
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;

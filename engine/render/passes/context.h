@@ -64,14 +64,15 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `omitted_fraction`: fraction of the next draw's pixels that is left out; for tools only.
+/// `omitted_fraction`: fraction of the next draw's pixels that is not drawn; for tools only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), 0, 0);
   vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // the columns of rᵀ are the rows of R
+  // GLM stores columns, and the columns of rᵀ are the rows of R
+  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));
   vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);
