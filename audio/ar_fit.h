@@ -34,8 +34,8 @@ struct FitOptions {
   // only the longest part of this name is used ("run-up", "idle", "load", "run-down"); empty: the whole recording
   std::string part;
   std::string hum = "auto";  // auto, off, 50, 60
-  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
-  bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
+  double spindle = 0;        // rad/s of the drill in the recording; 0: estimated from its lines
+  bool lines = true;         // model steady lines as sinusoids; false: everything is noise
   std::string name, source, licence;
 };
 

@@ -11,19 +11,18 @@
 
 namespace typodont::audio {
 
-/// Produces the samples. `render` runs on the audio thread and neither blocks nor allocates. It reads the ticks that
-/// have arrived, then fills `mono`. The first sample has the tick time t_first. The output delays t_first by one
-/// buffer and a margin, so that the ticks for this buffer have already arrived.
+/// Produces the samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the ticks that
+/// have arrived, then fills `mono`. The first sample belongs to the tick time t_first. The output delays t_first by one
+/// buffer and a margin, so the ticks for this buffer have already arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> mono, Nanos t_first) noexcept = nullptr;
-  /// Called if the device was opened again at another rate, on the thread of advance(), while nothing renders. May
-  /// allocate.
+  /// Called if the device came back at another rate, on the thread of advance() while nothing renders. May allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
 struct AudioOptions {
-  double sample_rate = 0;       // Hz; 0: the device's own rate, 48000 for files
+  double sample_rate = 0;       // Hz; 0: the device's own, 48000 for files
   int buffer = 256;             // samples per callback; also the latency that is requested from the device
   std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
 };

@@ -18,8 +18,8 @@ struct RotorTone {
   double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
-/// Plain data. A missing working model is derived from the idle model by the mapping in audio/README.md ("Working
-/// sound without a recording").
+/// Plain data. A working model that is missing is derived from the idle one by the mapping in audio/README.md
+/// ("Working sound where none was recorded").
 struct SoundModels {
   ArModel idle;
   // Working models from recordings; empty if none was recorded.

@@ -25,10 +25,9 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
-// dB, distance below the loud part's level at which the ends of the recording count as silence
-constexpr double kQuietBelowLoud = 40;
-constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
+constexpr double kSilence = 1e-3;       // peak amplitude, -60 dB re full scale
+constexpr double kQuietBelowLoud = 40;  // dB below the loud part: quieter ends count as silence
+constexpr double kSteadyWithin = 3;     // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
 constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
 
@@ -337,7 +336,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Removes hum, then converts the sound to the model's rate.
+  // Remove hum, then convert to the model's rate.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);

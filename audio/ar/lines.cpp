@@ -18,13 +18,12 @@ namespace {
 
 constexpr double kProminence = 10;  // dB above the surroundings, smallest prominence of a line
 constexpr std::size_t kMostLines = 16;
-constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
+constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
 constexpr double kDrift =
-    1;  // s; slower changes of frequency count as changes of the spindle's speed, not as a width of the spectral line
-constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
-// limit for the variance of the amplitude that noise causes, divided by the squared mean amplitude
-constexpr double kWeakNoise = 0.02;
-constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz, bandwidths in which a line is followed
+    1;  // s; slower changes of frequency are changes of the spindle's speed, no width of the spectral line
+constexpr double kLongestTrack = 60;  // s in the middle of a recording over which a line is followed
+constexpr double kWeakNoise = 0.02;   // limit for the noise's variance of the amplitude over its squared mean
+constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
 void smooth(std::vector<std::complex<double>>& z, std::size_t half) {

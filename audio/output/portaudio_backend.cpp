@@ -100,7 +100,7 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // Uses mono and the requested rate if the device supports them, otherwise the device's own format.
+    // Use mono and the requested rate if the device supports them, otherwise the device's own format.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {

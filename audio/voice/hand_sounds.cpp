@@ -9,7 +9,7 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
+constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
 
 /// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue sounds higher, longer and
 /// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode (2.76 and 5.4 times for a

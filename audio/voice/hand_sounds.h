@@ -30,8 +30,7 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip that slides over asperities at a distance of 20 µm: band-pass noise around the rate at which the tip meets
-/// them.
+/// A tip that slides over asperities 20 µm apart: band-pass noise around the rate at which it meets them.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);

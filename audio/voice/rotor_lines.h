@@ -35,8 +35,8 @@ class RotorLines {
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples to `out`. `speeds`: ratio of the spindle's speed to the recorded speed. gains[t][i]: gain
-  /// of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
+  /// Adds the next samples to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain of tissue t's
+  /// sound, read only if active[t]. The idle sound is that of tissue air.
   template <std::size_t kLength>
   void add(const double* speeds, const float (*gains)[kLength], const bool* active, float* out, int count) noexcept {
     for (Oscillator& o : oscillators_) {

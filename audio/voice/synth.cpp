@@ -20,18 +20,17 @@ namespace typodont::audio {
 
 namespace {
 
-// Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number. The next
-// three values are scales: if one of the quantities has this value, 63 % of the idle sound is replaced by the working
-// sound.
+// Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
+// The next three values are scales: at each of them, 63 % of the idle sound is replaced by the working sound.
 constexpr double kTypicalArea = 1e-6;      // m², contact area
 constexpr double kTypicalForce = 1;        // N, force
 constexpr double kTypicalRemoval = 1e-9;   // m³/s, removal rate
-constexpr double kBrightForce = 1.5;       // N, force at which high frequencies have 63 % of their gain
-constexpr double kBrightRemoval = 0.5e-9;  // m³/s, removal rate at which high frequencies have 63 % of their gain
+constexpr double kBrightForce = 1.5;       // N: at this force, high frequencies have 63 % of their gain
+constexpr double kBrightRemoval = 0.5e-9;  // m³/s: at this removal rate, high frequencies have 63 % of their gain
 constexpr double kBrightFrom = 4000;       // Hz, lower edge of the high frequencies
 constexpr double kFastestSpeed = 2;        // limit, as a ratio to the free speed
 constexpr double kAttack = 0.5e-3;         // s, time constant of all level changes
-// s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
+// s from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured in the same recording
 // ratio to the free speed; a larger change between two ticks is caused by switching, not by load
@@ -39,13 +38,11 @@ constexpr double kJump = 0.5;
 constexpr double kAtRest = 0.03;         // ratio to free speed below which the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
-constexpr double kSlowRise = 20;
+constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
-// A working sound in bursts, one per tooth; each burst decays until the next burst. Its mean power equals the mean
-// power of the steady sound. Limits of the tooth frequency in Hz: up to kApart, all teeth are heard separately; from
-// kFused on, no tooth is.
+// A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
+// Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
 constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;  // number of time constants of decay between two teeth
 constexpr int kChunk = 64;

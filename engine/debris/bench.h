@@ -14,9 +14,9 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Measures two cases with chips from drilling a ball of tissue: one second after the last chip was created, and
-/// while chips still fly and bounce. The baseline only reads and writes the data of each step: positions, velocities
-/// and drag factors.
+/// Two cases with chips from drilling a ball of tissue: one second after the last chip was created, and while chips
+/// still fly and bounce. The baseline only reads and writes the data of each step: positions, velocities and drag
+/// factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

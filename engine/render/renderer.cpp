@@ -272,7 +272,7 @@ struct Renderer::Impl {
         over_tiles[e].mark(particle_tiles[e]);
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
-      // the reflection in the mirror's glass may contain any change
+      // the mirror's glass can show any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -328,7 +328,7 @@ struct Renderer::Impl {
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
-    // Finds the parts of the pictures that changed.
+    // Find the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);

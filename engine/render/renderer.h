@@ -71,15 +71,15 @@ struct Particle {
   glm::vec3 p{0};        // m, W
   float radius = 2e-5f;  // m
   glm::vec3 color{1};    // sRGB
-  float opacity = 1;     // 1 for a chip; less for mist
+  float opacity = 1;     // 1: a chip; less: mist
 };
 
 struct ToolState {
   bool visible = false;
   Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
-  double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
-  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
+  double spindle = 0;  // rad/s, sets the motion blur of the flutes
+  double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -100,8 +100,8 @@ struct Lights {
   double ambient = 0.50;
 };
 
-/// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
-/// headset shows the room in these pixels.
+/// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
+/// shows the room in these pixels.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
@@ -138,8 +138,8 @@ struct FrameStats {
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;  // number of pipelines that exist now
   double pixel = 0;   // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror, which is drawn only if an eye sees the glass. `passes` includes its
-  // passes.
+  // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
+  // the glass.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
   double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps

@@ -34,8 +34,7 @@ struct FrameData {
 // push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn
-  vec4 view;
+  vec4 view;          // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out
 };
 
 #ifdef __cplusplus

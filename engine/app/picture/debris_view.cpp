@@ -19,7 +19,7 @@ constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 }  // namespace
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue) : materials_(materials) {
-  // Takes every n-th sample of the volume, so that no interpolation is needed.
+  // Take every n-th sample of the volume, so that no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;

@@ -39,8 +39,8 @@ class DebrisView {
   /// The particles in the renderer's format; valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// Call at the end. Creates the chips of the waiting cuts, and returns the balance of mass. Entries that only the
-  /// GPU has computed are NaN.
+  /// At the end: creates the chips of waiting cuts, and returns the balance of mass. Entries that are known only on the
+  /// GPU are NaN.
   debris::DebrisLedger settle();
 
  private:

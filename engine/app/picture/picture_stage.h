@@ -165,7 +165,7 @@ class PictureStage {
   display::Hud hud_;
   Surroundings around_;
   bool coarse_around_ = false;
-  // s, time since the displayed numbers changed; N, displayed force; rad/s, displayed spindle speed
+  // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
   render::ParticleCloud* cloud_ = nullptr;

@@ -20,8 +20,8 @@ constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
 constexpr double kJawDepth = 9e-3;     // m, least depth of the jaw below the gum's edge
-constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge from which the gum hides the root
-constexpr double kCollarBlend = 1.0e-3;   // m, blending length of the collar
+constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
+constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
 // m, overlap of the gum's face with the faces of the teeth, so that no gap is visible.
 constexpr double kFaceOverlap = 0.05e-3;
@@ -93,12 +93,12 @@ struct SurroundingsShape::Impl {
         middle(0.5 * (tooth.low() + tooth.high())) {
     for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
     if (!plan.gum) return;
-    // The jaw is made deep enough for the roots.
+    // Make the jaw deep enough for the roots.
     for (int corner = 0; corner < 8; ++corner)
       jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
                                                             corner & 2 ? tooth.high().y : tooth.low().y,
                                                             corner & 4 ? tooth.high().z : tooth.low().z}));
-    // Finds half the width of the row of teeth at the gum; the jaw is slightly wider.
+    // Find half the width of the row of teeth at the gum; the jaw is slightly wider.
     for (double v = 0; v < 12e-3; v += 0.1e-3)
       for (const double side : {-1.0, 1.0}) {
         const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
@@ -156,8 +156,7 @@ struct SurroundingsShape::Impl {
     jaw = smooth_max(jaw, end, 4e-3);
     jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
     const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
-    // the gum is hollow at the working tooth, so a bur inside the tooth does not touch the gum
-    return std::max(body, -own - kGumInside);
+    return std::max(body, -own - kGumInside);  // hollow at the working tooth: a bur in the tooth meets no gum
   }
 };
 
@@ -195,8 +194,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     }
     ++body;
   };
-  // The surface of a neighbour ends shortly below the gum, where it is invisible. But in a section, the neighbour's
-  // face includes the root within the gum.
+  // The surface of a neighbour ends shortly below the gum, where it is invisible; but the neighbour's face in a section
+  // shows the root within the gum.
   const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
     const double whole = copy.distance(shape.tooth, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p)))
@@ -241,8 +240,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     auto [fine, coarse] = meshes_of_field<2>(
         lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
         [&](const dvec3& p) {
-          // The cut end of the root has the colour of dentin instead of pulp: the gum hides the end, but in a section
-          // it is visible from inside.
+          // Show dentin instead of pulp at the cut end of the root: the end is hidden in the gum, but a section shows
+          // it from inside.
           const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
           return found == Tissue::kPulp ? Tissue::kDentin : found;
         });

@@ -64,7 +64,7 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `omitted_fraction`: fraction of the next draw's pixels that is not drawn; for tools only.
+/// `omitted_fraction`: fraction of the next draw's pixels that is left out; for tools only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), 0, 0);
   vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);

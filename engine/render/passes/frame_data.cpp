@@ -84,7 +84,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
     data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
     // Motion blur: the eye integrates over about 15 ms. Blur begins when the tool turns by a tenth of a blade's pitch
-    // in this time, and is complete when the tool turns by one pitch.
+    // in that time, and is complete at one pitch.
     constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
     const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
     const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);

@@ -18,8 +18,7 @@ struct Instance {
 void ParticlePass::prepare(PassContext& context, int slot, std::span<const Particle> particles) {
   count = static_cast<std::uint32_t>(particles.size());
   if (!count) return;
-  // A particle is drawn as six vertices without instancing, because software rendering needs many times longer for
-  // many small instances.
+  // Six vertices per particle, without instancing: software rendering needs many times longer for many small instances.
   gpu::Buffer& buffer = corners.at_least(context.device, slot, 6 * particles.size() * sizeof(Instance),
                                          VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   auto* out = buffer.mapped<Instance>();

@@ -15,7 +15,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(ToolVertex));
   std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
   index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  // The shape that casts the shadow consists of a ball with the head's radius and of the shank.
+  // Shape that casts the shadow: a ball with the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
