@@ -26,13 +26,14 @@ struct FitOptions {
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // highest order that the criteria may choose
   std::string window =
-      "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
-  double rate = 0;   // Hz of the model; 0: the recording's
-  int channel = -1;  // -1: the mean of all channels
+      "none";  // none, hann, hamming or blackman; the window weights the errors (Burg) or the samples (Yule–Walker)
+  double rate = 0;          // Hz, sampling rate of the model; 0: the recording's rate
+  int channel = -1;         // -1: the mean of all channels
   double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
-  bool trim = true;         // cut off silence at both ends
-  bool steady = false;      // use only the longest interval of constant level
-  std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
+  bool trim = true;         // true: silence at both ends is removed
+  bool steady = false;      // true: only the longest interval of constant level is used
+  // only the longest part of this name is used ("run-up", "idle", "load", "run-down"); empty: the whole recording
+  std::string part;
   std::string hum = "auto";  // auto, off, 50, 60
   double spindle = 0;        // rad/s of the drill in the recording; 0: estimated from its lines
   bool lines = true;         // model steady lines as sinusoids; false: everything is noise
@@ -56,9 +57,10 @@ struct FitReport {
   double duration = 0, from = 0, to = 0;  // s: duration of the recording, begin and end of the fitted part
   double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
-  // dB, log-spectral distance between the fitted part's Welch spectrum and the model's expected one
+  // dB, log-spectral distance between the fitted part's Welch spectrum and its expected value for the model
   double distance_dB = 0;
-  // dB, log-spectral distance to the model's true spectrum, whose peaks the window may broaden
+  // dB, log-spectral distance to the model's true spectrum, which does not include the broadening of peaks by the
+  // window
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate

@@ -49,7 +49,7 @@ class AudioOutput {
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// Sample 0 of the output belongs to the tick time `t_start` (files) or to the current time (devices).
+  /// Sample 0 of the output has the tick time `t_start` (files) or the current time (devices).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
   /// Files: renders up to tick time `t`. Devices: checks the stream, reports a lost device and opens it again. Call it
   /// at least ten times a second.

@@ -12,10 +12,10 @@
 
 namespace typodont::audio {
 
-/// A tone at a multiple of the rotor's frequency, for drills of which no recording contains the tone.
+/// A tone at a multiple of the rotor's frequency, for drills without a recording of this tone.
 struct RotorTone {
   double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
-  double amplitude = 0;  // at free speed; proportional to the speed below it; full scale is 1
+  double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
 /// Levels measured on a real drill: how much louder it is at work than idling at free speed.
@@ -35,7 +35,7 @@ struct SoundModels {
   ArModel idle;
   // Working models from recordings; empty if none was recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
-  double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
+  double free_speed = 0;  // rad/s, speed at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
   // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
   double teeth = 0;

@@ -111,14 +111,15 @@ double root_mean_square(const std::vector<double>& values) {
                    static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Subtracts the mean of the second around each value, to remove drift of the spindle's speed.
+/// Subtracts from each value the mean over the surrounding second, to remove drift of the spindle's speed.
 std::vector<double> without_drift(const std::vector<double>& values, double rate) {
   const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
   const auto count = static_cast<std::ptrdiff_t>(values.size());
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto reach = std::min({half, i, count - 1 - i});  // symmetric, so that a linear drift is removed completely
+    // the mean is symmetric, so that a linear drift is removed completely
+    const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
   }
@@ -222,7 +223,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise beside the line stays in the sound, so its contribution to the line's variance is subtracted.
+    // The noise beside the line remains in the sound, so its contribution to the line's variance is subtracted.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
@@ -237,15 +238,15 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The line's frequency has a normal distribution; the Hann window of a sinusoid is known in closed form.
-    constexpr int kPoints = 9;  // from −2 to 2 standard deviations
+    // The line's frequency has a normal distribution. The Hann window's spectrum of a sinusoid has a closed form.
+    constexpr int kPoints = 9;  // number of evenly spaced frequencies from −2 to 2 standard deviations
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));
     for (int k = 0; k < kPoints; ++k) {
       const double weight = std::exp(-0.125 * (k - 4) * (k - 4)) / weights;
       const double frequency = line.frequency + 0.5 * (k - 4) * spread;
       for (std::size_t i = 0; i < power.size(); ++i) {
-        const double away = static_cast<double>(i) - frequency / bin;  // bins
+        const double away = static_cast<double>(i) - frequency / bin;  // bins, distance from the line's frequency
         if (std::abs(away) > 64) continue;
         const double sinc = std::abs(away) < 1e-6 ? 1 : std::sin(kPi * away) / (kPi * away);
         const double main = std::abs(std::abs(away) - 1) < 1e-6 ? 0.5 : sinc / (1 - away * away);

@@ -43,7 +43,7 @@ class RealFft {
   double& im(std::size_t i) { return frequency_.get()[2 * i + 1]; }
   double power(std::size_t i) { return re(i) * re(i) + im(i) * im(i); }
   void forward() { fftw_execute(forward_.get()); }
-  void backward() { fftw_execute(backward_.get()); }  // unnormalised
+  void backward() { fftw_execute(backward_.get()); }  // the result is not divided by the length
 
  private:
   fftw_complex* bins() { return reinterpret_cast<fftw_complex*>(frequency_.get()); }

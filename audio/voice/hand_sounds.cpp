@@ -18,9 +18,9 @@ constexpr float kSuctionHiss = 1;  // white noise in the suction, over that whic
 
 constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
 
-/// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue rings higher, longer and
-/// louder. The other two modes are at 1.58 and 2.24 times the first (2.76 and 5.4 for a free bar; closer for a held
-/// crown). Chosen by ear, not measured.
+/// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue sounds higher, longer and
+/// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode (2.76 and 5.4 times for a
+/// free bar; for a held crown the modes are closer). The values were chosen by ear; they are not measured.
 struct Ring {
   double frequency, decay, weight;
 };

@@ -25,11 +25,11 @@ class RunningNoise {
   std::size_t at_ = 0;
 };
 
-/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so no beat is heard while one fades
-/// into the other. Only construction allocates.
+/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition between them
+/// causes no beats. Only the constructor allocates.
 class RotorLines {
  public:
-  /// Gain of a line in each tissue's sound, relative to its own amplitude.
+  /// Gain of a line in each tissue's sound, as a ratio to the line's amplitude.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}

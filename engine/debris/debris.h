@@ -39,7 +39,7 @@ struct Suction {
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³ of tissue per particle, as long as the buffer has free entries
+  double parcel_volume = 1e-12;  // m³ of tissue per particle, while the buffer has free entries
   int most_per_cut = 32;
   double least_chip = 5e-6, greatest_chip = 50e-6;  // m, limits of the chip diameters; uniform in the logarithm
   double decay_time = 2.0;  // s, time in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
@@ -85,8 +85,8 @@ struct NewParticle {
 };
 
 /// Creates the particles of one cut. Their mass is density × removed volume for each tissue. At most `room` particles
-/// are created; the mass of the missing ones is added to `dropped`. Fills `out`, which must have kTissueCount ·
-/// most_per_cut entries, and returns the number of filled entries. Used by the CPU and the GPU version.
+/// are created; the mass of the other particles is added to `dropped`. Fills `out`, which must have kTissueCount ·
+/// most_per_cut entries, and returns the number of filled entries. Used by the CPU version and the GPU version.
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept;

@@ -1,7 +1,7 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns it. It
-// draws two eyes in one pass (multiview) into a picture with two layers; a display composes and shows this picture
-// (engine/display). Objects that a frame does not contain have no pipeline and load no shader. A frame equal to the
-// previous one is not drawn again. FrameStats counts the work.
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns the
+// renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
+// and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
+// A frame equal to the previous frame is not drawn again. FrameStats counts the work.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ struct MeshUpdate {
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
 };
 
-/// A body made of bricks: the working tooth, gingiva, a neighbour.
+/// Number of a body made of bricks: the working tooth, gingiva, a neighbour.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
@@ -58,8 +58,8 @@ enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
   kXray,     // the working tooth as glass with the tissues inside it; no other body
-  // the working tooth compared with an ideal (Vertex::difference): blue must still be removed, red was removed by
-  // mistake
+  // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
+  // surface is red, too much was removed
   kDifference,
 };
 
@@ -164,7 +164,7 @@ struct FrameStats {
   int views = 0;
   double redrawn = 1;  // redrawn fraction of the pictures
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
-  int bricks_unchanged = 0;  // bricks in view, but only in parts that are not redrawn
+  int bricks_unchanged = 0;  // number of bricks that are in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
   int passes = 0;           // number of recorded render passes
   int commands = 0;         // number of recorded draw calls
@@ -177,7 +177,7 @@ struct FrameStats {
   // the glass.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
-  double gpu_ms = 0;  // GPU time of the last finished frame; 0 if the device has no timestamps
+  double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps
 };
 
 class Renderer {
@@ -187,7 +187,7 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  /// Uploads the given bricks; all others stay unchanged.
+  /// Uploads the given bricks; all other bricks stay unchanged.
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);

@@ -62,8 +62,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
-  // created.
+  // With software rendering, a chip takes as much time to draw as some triangles of the tooth. Therefore fewer chips
+  // are created, each with more mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

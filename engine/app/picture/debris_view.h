@@ -112,8 +112,8 @@ class DebrisView {
   PerTissue batch_removed_{};         // m³, removed by the waiting cuts
   Cut last_;                          // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
-  PerTissue given_{};         // kg passed to the GPU
-  double given_dropped_ = 0;  // kg that the GPU dropped
+  PerTissue given_{};         // kg, mass passed to the GPU
+  double given_dropped_ = 0;  // kg, mass that the GPU dropped
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;

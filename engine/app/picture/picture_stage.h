@@ -1,5 +1,5 @@
-// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. Drawn
-// offscreen, or in a window (workbench.h). Render thread.
+// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. The
+// pictures are drawn offscreen or in a window (workbench.h). Render thread.
 #pragma once
 
 #include <memory>
@@ -38,15 +38,15 @@ DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle,
                      bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// rad/s about the tool's z, speed with which it is drawn: right-handed threads enter clockwise, as seen from the
-/// shank.
+/// Speed in rad/s about the tool's z with which the tool is drawn: right-handed threads enter clockwise, as seen from
+/// the shank.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Passes the surroundings of the working tooth to the renderer.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Bounds outside of which the scene can never have tissue. Empty if there are no bounds: a tool of the set adds
-/// tissue, or redo may restore earlier cuts.
+/// Bounds outside of which the scene can never have tissue. Empty if no bounds exist, because a tool of the set adds
+/// tissue or redo may restore earlier cuts.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
@@ -60,8 +60,8 @@ class PictureStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;            // false: offscreen; the user's head is tracked only with a window
-    bool embedded = false;          // only pictures() are drawn, for the caller's window; no screen is composed
+    bool window = false;    // false: offscreen; the user's head is tracked only with a window
+    bool embedded = false;  // true: only pictures() are drawn, for the caller's window, and no screen is composed
     gpu::Device* device = nullptr;  // the caller's device; null: create one
     int monitor = -1;               // monitor for full screen; −1: a window
     bool hud = true;
@@ -112,13 +112,13 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
-  /// True if the next frame may show something inside the box; an empty `box` means all of space.
+  /// True if the next frame may show something inside the box; an empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
 
   /// The eyes' pictures in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Only if embedded. True if the
-  /// size changed.
+  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Call this only if embedded.
+  /// Returns true if the size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.
@@ -153,7 +153,7 @@ class PictureStage {
   /// Numbers of accepted and dropped packets of the head tracker; empty if the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// The screen; there is none if embedded.
+  /// The screen. An embedded stage has no screen.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
@@ -183,7 +183,7 @@ class PictureStage {
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   Timing timing_;
-  bool missed_ = false;  // the last frame was not shown, or the window is minimised
+  bool missed_ = false;  // true if the last frame was not shown, or if the window is minimised
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up edges of the panel in the rig file
   display::Hud hud_;
@@ -206,7 +206,7 @@ class PictureStage {
   Pose shown_at_;      // the tool's pose in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
-  bool shown_placed_ = false;   // the head of the drawn tool stays in the tissue
+  bool shown_placed_ = false;   // true if the head of the drawn tool stays in the tissue
 };
 
 /// Creates a device for pictures with these options, with a window's extensions if necessary. Throws the same errors as

@@ -31,9 +31,9 @@ constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's
 constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
 constexpr double kCollarFrom = 4e-3;                        // m from a tooth, where its collar has ended
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
-// m by which the gum's face overlaps the faces of the teeth, so that there is no gap.
+// m, overlap of the gum's face with the faces of the teeth, so that no gap is visible.
 constexpr double kFaceOverlap = 0.05e-3;
-constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind the faces of the teeth
+constexpr double kFaceUnder = 10e-6;  // m, distance by which the gum's face lies behind the faces of the teeth
 
 struct Box {
   dvec3 lo{1e9}, hi{-1e9};  // m, bounds in W
@@ -63,7 +63,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Transforms a point of the neighbour to the tooth; from_tooth() is the inverse.
+  /// Transforms a point of the neighbour to the original tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);

@@ -1,6 +1,6 @@
-// The surroundings of the working tooth: its neighbours and the gum, built from the tooth's own volume if a scene
-// requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage (task/damage.h). They
-// are not part of the haptic field and are never cut.
+// The surroundings of the working tooth: its neighbours and the gum. They are built from the tooth's own volume if a
+// scene requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage
+// (task/damage.h). They are not part of the haptic field and are never cut.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distance functions, m, negative inside. Far away from a body, or without the body, the value is
-/// any positive number. Thread-safe.
+/// The surroundings as distance functions, m, negative inside. Far away from a body, or if the body does not exist,
+/// the value is any positive number. Thread-safe.
 class SurroundingsShape {
  public:
   /// Builds the distance functions. Throws Error if the volume cannot be read.
@@ -51,13 +51,14 @@ struct SurroundingMesh {
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The uncut tooth is inside the gum, and therefore invisible, where dot(covered, (p_W, 1)) < 0. Zero: nowhere.
+  /// The gum covers the uncut tooth, and makes it invisible, at points p_W with dot(covered, (p_W, 1)) < 0. Zero: at
+  /// no point.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m; the coarse mesh is good enough if the allowed surface error is larger
 };
 /// Builds the meshes. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// The surroundings for a scene (Scene::surroundings); empty if it has none.
+/// The surroundings for a scene (Scene::surroundings); empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
 /// The same for damage and for hands that avoid the surroundings; empty also if the scene's are not monitored.
