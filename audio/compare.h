@@ -29,8 +29,9 @@ struct Comparison {
 };
 
 struct CompareOptions {
-  double up_to = 16000;         // Hz, upper limit of the distances; 200 or more
-  bool constant_speed = false;  // remove changes of the spindle's speed, measured on a steady line of each sound
+  double up_to = 16000;  // Hz, upper limit of the distances; 200 or more
+  // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
+  bool constant_speed = false;
 };
 
 /// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower

@@ -24,7 +24,7 @@ struct SoundState {
   bool cutting_tool = true;  // false for hand instruments: they scrape and tap
   double slip_speed = 0;     // m/s along the surface, for scraping
   double suction = 0;        // 0..1
-  double spray = 0;          // 0..1, flow of the handpiece's water
+  double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow
 };
 
 struct SynthOptions {

@@ -26,13 +26,16 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kLowestCompared = 60;  // Hz, lower limit of the distances: the window cannot resolve less
-constexpr double kSilence = 1e-3;       // peak amplitude, -60 dB re full scale
-constexpr double kQuietBelowLoud = 40;  // dB below the loud part: quieter ends count as silence
-constexpr double kSteadyWithin = 3;     // dB, tolerance around the median level of the loud part
+// Hz, lower limit of the frequencies in the distances, because the window cannot resolve lower frequencies
+constexpr double kLowestCompared = 60;
+constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
+// dB, distance below the loud part's level at which the ends of the recording count as silence
+constexpr double kQuietBelowLoud = 40;
+constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-constexpr double kConstantSpeed = 0.002;         // range of the speed over its mean; smaller changes stay in the sound
-constexpr double kMostHeldOut = 0.9;             // fraction of the part
+// least range of the speed, as a ratio to its mean, that is removed; smaller changes stay in the sound
+constexpr double kConstantSpeed = 0.002;
+constexpr double kMostHeldOut = 0.9;             // limit of the held-out fraction of the part
 constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
 
 double mean_power(std::span<const double> x) {
@@ -363,7 +366,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Remove hum, convert to the model's rate, remove changes of the spindle's speed.
+  // Removes hum, converts the sound to the model's rate, and removes changes of the spindle's speed.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -391,7 +394,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      fill();  // the interpolation leaves a band below half the rate empty
+      fill();  // the interpolation leaves a band below half the rate empty, which is filled here
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
                       "{:.0f} Hz",

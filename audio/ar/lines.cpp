@@ -20,12 +20,13 @@ namespace {
 constexpr double kProminence = 10;              // dB above the surroundings, smallest prominence of a line
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMostLines = 10;
-constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
+constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
 constexpr double kDrift =
-    1;  // s; slower changes of frequency are changes of the spindle's speed, no width of the spectral line
-constexpr double kLongestTrack = 60;  // s in the middle of a recording over which a line is followed
-constexpr double kFloorReach = 100;   // Hz, width of the strip on each side in which the noise is measured
-constexpr double kWeakNoise = 0.02;   // limit for the noise's variance of the amplitude over its squared mean
+    1;  // s; slower changes of frequency count as changes of the spindle's speed, not as a width of the spectral line
+constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
+constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
+// limit for the variance of the amplitude that noise causes, divided by the squared mean amplitude
+constexpr double kWeakNoise = 0.02;
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};  // Hz
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
@@ -63,8 +64,8 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width fills the missing power at every
-  // frequency: |1 - H|² plus its power response is 1 within 0.6 dB.
+  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width replaces the missing power at
+  // every frequency: the sum of |1 - H|² and of the power response of the wider filter is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -138,7 +139,8 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) next to a line that is followed in a band of this width: the median just outside the band.
+/// Power density (1/Hz) next to a line that is followed in a band of this width: the median over the frequencies next
+/// to the band.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -209,7 +211,8 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  std::vector<std::pair<double, double>> tried;  // Hz: frequency, and half the width of the band that belongs to it
+  // Hz, for each frequency that was tried: the frequency, and half the width of its band
+  std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
     // A fluctuating line has several peaks within its band.

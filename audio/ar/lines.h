@@ -27,13 +27,15 @@ struct LineTrack {
   double variation() const;
   /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must be
-  /// weak enough to tell the two apart.
+  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must
+  /// be so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  static constexpr double kSteadyVariation = 0.3;  // between the variations of a sinusoid and of noise
-  static constexpr double kWeakestLine = 0.1;      // variance of the amplitude by noise, over its squared mean
+  // limit of the variation of a sinusoid; it lies between the variations of a sinusoid and of noise
+  static constexpr double kSteadyVariation = 0.3;
+  // limit of the variance of the amplitude that noise causes, divided by the squared mean amplitude
+  static constexpr double kWeakestLine = 0.1;
 };
 
 /// Follows the line near `frequency` (Hz, an estimate) through the middle minute of the sound. Chooses the widest

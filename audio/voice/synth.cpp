@@ -24,7 +24,7 @@ namespace {
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
 constexpr double kFastestSpeed = 2;  // limit, as a ratio to the free speed
 constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
-// s from rest to free speed, measured in one recording; used if the spindle's speed jumps
+// s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured in the same recording
 // ratio to the free speed; a larger change between two ticks is caused by switching, not by load
@@ -32,15 +32,18 @@ constexpr double kJump = 0.5;
 constexpr double kAtRest = 0.03;         // ratio to free speed below which the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
+// N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
+constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
-constexpr float kScrapeRings = 0.06f;  // strength with which a scrape excites the modes of the tissue
-// Standard deviation: 4 dB below the idling turbine. In a clinic, suction alone gave 63 to 75 dB(A), suction with a
-// handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
+constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
+// Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
+// dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-constexpr float kWaterRate = 0.02f;  // water and suction start and stop so much more slowly than other sounds
-// A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
-// Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
+// ratio by which the levels of water and suction change more slowly than other levels
+constexpr float kWaterRate = 0.02f;
+// A working sound in bursts, one per tooth; each burst decays until the next burst. Its mean power equals the mean
+// power of the steady sound. Limits of the tooth frequency in Hz: up to kApart, all teeth are heard separately; from
+// kFused on, no tooth is.
 constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;  // number of time constants of decay between two teeth
 constexpr int kChunk = 64;
@@ -288,7 +291,8 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      if (!lines.empty()) lines.add(speeds, gains, active, working, count);  // the motor's: no tooth interrupts them
+      // the lines belong to the motor, so teeth do not interrupt them
+      if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
@@ -384,7 +388,7 @@ struct DrillSynth::Impl {
   Scrape scrape;
   Suction suction;
   Spray spray;
-  const float spray_gain;  // standard deviation of the sound at full flow
+  const float spray_gain;  // standard deviation of the spray's sound at full flow
   const float attack, bright_pole;
   const double run_up, run_down;
 

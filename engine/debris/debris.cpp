@@ -83,7 +83,7 @@ struct Debris::State {
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
-  // Removes a particle whose remaining mass went elsewhere; returns that mass.
+  // Removes a particle whose remaining mass has left the particles. Returns this mass.
   double take_out(std::size_t s) {
     const double mass = left(s);
     decayed += chips[s].mass0 - mass;

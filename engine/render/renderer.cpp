@@ -328,7 +328,7 @@ struct Renderer::Impl {
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
-      // the mirror's glass can show any change
+      // the reflection in the mirror's glass may contain any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -392,7 +392,7 @@ struct Renderer::Impl {
 
   /// Call before the tissue is drawn: the handpiece hides much of it, and hidden tissue is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // Radius of the opening around the working point: the head and a margin in which the cut is seen.
+    // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
     constexpr double kSeenBeside = 2.2e-3;  // m
     if (!state.visible || !handpiece_body.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
@@ -405,7 +405,7 @@ struct Renderer::Impl {
     const auto views = static_cast<std::size_t>(frame.views);
 
     prepare_tip(frame.suction);
-    // Find the parts of the pictures that changed.
+    // Finds the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);

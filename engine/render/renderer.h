@@ -74,17 +74,17 @@ struct Particle {
   glm::vec3 p{0};        // m, W
   float radius = 2e-5f;  // m
   glm::vec3 color{1};    // sRGB
-  float opacity = 1;     // 1: a chip; less: mist
-  glm::vec3 streak{0};   // m, W: the way that a droplet flew while it was seen; it ends at p
+  float opacity = 1;     // 1 for a chip; less for mist
+  glm::vec3 streak{0};   // m, W: path of a droplet during the exposure; it ends at p
 };
 
-/// The grid of the film of water and slurry on the working tooth: samples at origin + spacing · (x, y, z).
+/// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
   dvec3 origin{0};     // m, W
   double spacing = 0;  // m
   glm::ivec3 size{0};  // number of samples; 0: no film
 };
-/// The film at a sample, as shaders/film.glsl reads it; all zero: dry and clean.
+/// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
   std::uint8_t water = 0;   // 255 · (1 − exp(−height / 80 µm))
   std::uint8_t cover = 0;   // 255 · opacity of the solids
@@ -101,10 +101,10 @@ struct ToolState {
   bool visible = false;
   Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
-  double spindle = 0;  // rad/s, sets the motion blur of the flutes
-  double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
-  Pose X_GH;           // the handpiece's pose on the tool; used only if the renderer has a handpiece
-  bool open = true;    // the handpiece is left out where it hides the working point from an eye
+  double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
+  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
+  Pose X_GH;           // pose of the handpiece relative to the tool; used only if the renderer has a handpiece
+  bool open = true;    // true: the handpiece is not drawn where it hides the working point from an eye
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -127,14 +127,14 @@ struct Lights {
   double spot_border = 0.025;   // m, width of the border from full light to none
   double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
   double lamp_distance = 0.7;   // m, from the working tooth
-  double ambient = 1.0;         // strength of the room's light
+  double ambient = 1.0;         // factor of the room's light
 };
 
 /// Unit vector towards the window.
 dvec3 toward_window(const Lights& lights);
 
-/// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
-/// shows the room in these pixels.
+/// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
+/// headset shows the room in these pixels.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
@@ -171,10 +171,10 @@ struct FrameStats {
   int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;             // number of pipelines that exist now
-  std::uint64_t film_bytes = 0;  // uploaded for the film on the surfaces
+  std::uint64_t film_bytes = 0;  // number of bytes that were uploaded for the film on the surfaces
   double pixel = 0;  // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
-  // the glass.
+  // Counts for the picture in the mouth mirror, which is drawn only if an eye sees the glass. `passes` includes its
+  // passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
   double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps
@@ -197,9 +197,9 @@ class Renderer {
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// `handpiece`: what holds the tool; without parts: nothing. Throws Error if it has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film on the surfaces, without film; size 0: no film, which costs nothing.
+  /// Sets the grid of the film on the surfaces and clears the film. Size 0: no film, which takes no time.
   void set_film(const FilmGrid& grid);
-  /// Copies these boxes of the film from an array of the whole grid (index (x·size.y + y)·size.z + z).
+  /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);

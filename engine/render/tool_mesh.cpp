@@ -233,7 +233,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
                                  [&](double mark) { return std::abs(z - mark) < kMark / 2; });
             });
 
-  if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank
+  if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank of the tool
     add_lathe(mesh, {{head.back().x, z1}, {0, z1}}, kHeadAround, 0.22f);
     return mesh;
   }

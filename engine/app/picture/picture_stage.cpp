@@ -18,7 +18,7 @@ namespace typodont {
 namespace {
 
 constexpr std::string_view kDiamond =
-    "80";                                 // ISO 6360: codes of galvanically bonded diamond, 801 to 807, begin with it
+    "80";  // ISO 6360: the codes of galvanically bonded diamond, 801 to 807, begin with these digits
 constexpr double kDisplayInterval = 0.1;  // s between updates of the displayed numbers, so that they are readable
 
 /// The renderer's own shape for the tool if it has one, otherwise its haptic shape.

@@ -28,12 +28,13 @@ class SoftGumView;
 struct DrawnTool {
   render::ToolMesh tool;
   Handpiece handpiece;  // without parts: none
-  Pose X_GH;            // the handpiece on the tool
+  Pose X_GH;            // pose of the handpiece relative to the tool
   bool open = false;    // render::ToolState::open
 };
-/// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose on
-/// the tool: its roll is the hand's. A hand that gives only the axis gives the shortest rotation from W's z to the axis
-/// (rotation_between), so the body keeps its side, and its direction changes steadily with the axis. Throws Error.
+/// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose
+/// relative to the tool, so it rotates with the hand about the tool's axis. If a hand gives only the axis, the
+/// shortest rotation from W's z to the axis is used (rotation_between). Then the body stays on its side, and its
+/// direction changes continuously with the axis. Throws Error.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
@@ -91,7 +92,7 @@ class PictureStage {
   void hold_suction(const SuctionTip& tip) { tip_ = tip; }
   /// Sets the particles on the stage's device from the next frame on; null: none.
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
-  /// Brings the film on the surfaces up to date; null: no film.
+  /// Updates the picture of the film on the surfaces; null: no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
   /// Sets the view from the next frame on; `section` as in render::Frame. show_inside() provides the bodies that a view
   /// shows besides the surface (engine/app/picture/teaching_views.h).
@@ -190,7 +191,7 @@ class PictureStage {
   Surroundings around_;
   bool coarse_around_ = false;
   std::uint64_t gum_version_ = 0;  // SoftGumView::version() in the renderer
-  // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
+  // s, time since the displayed numbers changed; N, displayed force; rad/s, displayed spindle speed
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
   SuctionTip tip_;
@@ -202,7 +203,7 @@ class PictureStage {
   std::vector<render::Particle> with_dots_;  // the debris particles and the cursor's dots
   double angle_ = 0;
   bool open_ = false;  // render::ToolState::open
-  Pose X_GH_;          // the handpiece on the tool
+  Pose X_GH_;          // pose of the handpiece relative to the tool
   Pose shown_at_;      // the tool's pose in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set

@@ -29,9 +29,11 @@ class SurroundingsShape {
   double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbour
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
-  double dam(const dvec3& p_W) const;    // distance to the rubber dam with everything below its sheet
+  // distance to the solid that consists of the rubber dam's sheet and everything below it
+  double dam(const dvec3& p_W) const;
   double clamp(const dvec3& p_W) const;  // distance to the dam's clamp
-  double mouth(const dvec3& p_W) const;  // distance to the tongue, the cheeks and the lips, or to the mask
+  // distance to the tongue, the cheeks and the lips, or to the mask of a phantom head
+  double mouth(const dvec3& p_W) const;
 
   /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the
   /// tooth. Positions are relative to `origin`, m, W.
@@ -61,7 +63,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// The surroundings for a scene (Scene::surroundings); empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The same for damage and for hands that avoid the surroundings; empty also if the scene's are not monitored.
+/// The shape for damage, and for hands that avoid the surroundings. Empty also if the scene's surroundings are not
+/// monitored.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont
