@@ -26,29 +26,31 @@ struct FitOptions {
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // highest order that the criteria may choose
   std::string window =
-      "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
-  double rate = 0;   // Hz of the model; 0: the recording's
-  int channel = -1;  // -1: the mean of all channels
+      "none";  // none, hann, hamming or blackman; the window weights the errors (Burg) or the samples (Yule–Walker)
+  double rate = 0;          // Hz, sampling rate of the model; 0: the recording's rate
+  int channel = -1;         // -1: the mean of all channels
   double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
-  bool trim = true;         // cut off silence at both ends
-  bool steady = false;      // use only the longest interval of constant level
-  std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
+  bool trim = true;         // true: silence at both ends is removed
+  bool steady = false;      // true: only the longest interval of constant level is used
+  // only the longest part of this name is used ("run-up", "idle", "load", "run-down"); empty: the whole recording
+  std::string part;
   std::string hum = "auto";  // auto, off, 50, 60
-  double spindle = 0;        // rad/s of the drill in the recording; 0: estimated from its lines
-  bool lines = true;         // model steady lines as sinusoids; false: everything is noise
-  // Fraction (0 to 0.9) at the end of the part that is not fitted. The model is compared with it.
+  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
+  bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
+  // Fraction (0 to 0.9) at the end of the part that is not used for the fit. The model is compared with this
+  // fraction.
   double hold_out = 0;
   std::string name, source, licence;
 };
 
-/// How well a model agrees with the part of the recording that was held out.
+/// Agreement of a model with the held-out part of the recording.
 struct HeldOut {
   double from = 0, to = 0;  // s in the recording
   double distance_dB = 0;   // log-spectral distance to the model's expected spectrum
-  // dB, expected distance if the held-out part had exactly the model's spectrum: the error of estimating a spectrum
-  // from a sound of this length
+  // dB, expected distance if the held-out part had exactly the model's spectrum; it is the error of a spectrum that
+  // is estimated from a sound of this length
   double chance_dB = 0;
-  std::vector<double> line_variation;  // as FitReport::line_variation, in the held-out part
+  std::vector<double> line_variation;  // the same measure as FitReport::line_variation, for the held-out part
 };
 
 struct FitReport {
@@ -56,9 +58,10 @@ struct FitReport {
   double duration = 0, from = 0, to = 0;  // s: duration of the recording, begin and end of the fitted part
   double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
-  // dB, log-spectral distance between the fitted part's Welch spectrum and the model's expected one
+  // dB, log-spectral distance between the fitted part's Welch spectrum and its expected value for the model
   double distance_dB = 0;
-  // dB, log-spectral distance to the model's true spectrum, whose peaks the window may broaden
+  // dB, log-spectral distance to the model's true spectrum, which does not include the broadening of peaks by the
+  // window
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
@@ -68,11 +71,11 @@ struct FitReport {
   std::vector<double> variance_by_order;
   std::vector<double> frequencies, recording_dB, model_dB;  // Hz; both power spectra in dB re 1/Hz
   std::vector<SoundPart> parts;                             // parts of the whole recording, in order
-  // For each line of the model: standard deviation of its amplitude over its mean in the fitted part, including the
-  // noise in the band in which the line was followed.
+  // For each line of the model: the standard deviation of its amplitude divided by the mean, in the fitted part,
+  // including the noise in the band in which the line was followed.
   std::vector<double> line_variation;
-  // Speed of the spindle over the fitted part, where a line could be followed: times in s from the part's beginning,
-  // and the speed over its mean. Empty if no line is steady.
+  // Speed of the spindle over the fitted part, if a line could be followed: times in s from the part's beginning, and
+  // ratios of the speed to its mean. Empty if no line is steady.
   std::vector<double> speed_times, speed_ratio;
   std::optional<HeldOut> held_out;
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user

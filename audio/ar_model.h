@@ -26,17 +26,18 @@ struct ModelLine {
   LineNoise frequency_noise;  // Hz
 };
 
-/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The coefficients are
-/// stored as the reflection coefficients k_1…k_p of the lattice (k_p equals a_p of the predictor of order p). The
-/// filter is stable exactly if all k lie in (−1, 1), and so is every blend of two models' k. The rotor's lines are
-/// added to y.
+/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The coefficients
+/// are stored as the reflection coefficients k_1…k_p of the lattice (k_p equals a_p of the predictor of order p). The
+/// filter is stable exactly if all k lie in (−1, 1), and an interpolation of the k of two models is stable, too. The
+/// rotor's lines are added to y.
 struct ArModel {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1
-  double rate = 48000;             // Hz, the rate the coefficients belong to
+  double rate = 48000;             // Hz, sampling rate for which the coefficients are valid
   double spindle = 0;              // rad/s of the recorded drill; 0: not known
-  bool spindle_estimated = false;  // estimated from the spectral lines, not given by the user
-  std::size_t samples = 0;         // number of samples of the recording to which it was fitted; 0: unknown
+  // true if the spindle's speed was estimated from the spectral lines, not given by the user
+  bool spindle_estimated = false;
+  std::size_t samples = 0;  // number of samples of the recording to which the model was fitted; 0: unknown
   std::vector<ModelLine> lines;
   std::string name, method, source, licence, notes;
 
@@ -49,7 +50,7 @@ double power_of(const ArModel& model);
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
 /// The model reduced to its first `order` lattice stages, with the same power. For Burg's method this is exactly the
-/// fit of that order.
+/// result of a fit of this order.
 ArModel truncated(const ArModel& model, std::size_t order);
 /// The order with the least Bayesian information criterion; the model's own order if `samples` is unknown.
 std::size_t sufficient_order(const ArModel& model);

@@ -18,12 +18,13 @@ namespace typodont::audio {
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
-  /// Called if the device came back at another rate, on the thread of advance() while nothing renders. May allocate.
+  /// Called if the device was opened again at another rate, on the thread of advance(), while nothing renders. May
+  /// allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
 struct AudioOptions {
-  double sample_rate = 0;       // Hz; 0: the device's own, 48000 for files
+  double sample_rate = 0;       // Hz; 0: the device's own rate, 48000 for files
   int channels = 1;             // of the source, 1 or 2
   int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
   std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
@@ -49,7 +50,7 @@ class AudioOutput {
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// Sample 0 of the output belongs to the tick time `t_start` (files) or to the current time (devices).
+  /// Sample 0 of the output has the tick time `t_start` (files) or the current time (devices).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
   /// Files: renders up to tick time `t`. Devices: checks the stream, reports a lost device and opens it again. Call it
   /// at least ten times a second.

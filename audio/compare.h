@@ -13,7 +13,8 @@ struct SoundMeasure {
   double centroid = 0;        // Hz, spectral centroid up to the common limit: a measure of brightness
   double rotor = 0;           // Hz, estimated; 0: none found
   std::vector<double> tones;  // Hz, up to five strongest lines
-  // for each tone its amplitude's standard deviation over its mean: 0 steady, 0.52 noise in a narrow band
+  // for each tone the standard deviation of its amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in
+  // a narrow band
   std::vector<double> tone_variation;
 };
 
@@ -23,13 +24,14 @@ struct Comparison {
   double shape_distance_dB = 0;    // log-spectral distance after the mean difference in dB is subtracted
   double itakura_saito = 0;        // Itakura–Saito distance of a from b
   double level_difference_dB = 0;  // b − a
-  double tone_ratio = 0;           // frequency of b's strongest tone over a's; 0 if one sound has none
-  double up_to = 0;                // Hz, upper limit of the distances
+  double tone_ratio = 0;  // ratio of the frequency of b's strongest tone to that of a's; 0 if one sound has no tone
+  double up_to = 0;       // Hz, upper limit of the distances
 };
 
 struct CompareOptions {
-  double up_to = 16000;         // Hz, upper limit of the distances; 200 or more
-  bool constant_speed = false;  // remove changes of the spindle's speed, measured on a steady line of each sound
+  double up_to = 16000;  // Hz, upper limit of the distances; 200 or more
+  // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
+  bool constant_speed = false;
 };
 
 /// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower

@@ -23,9 +23,10 @@ struct ContactTrack {
 /// found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Returns the states of a track in order. Between two rows it interpolates a state every millisecond; the tissue is
-/// that of the earlier row. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the pedal is
-/// pressed, reduced by the bur's friction as for an air turbine, whose torque falls linearly from stall to free speed.
+/// Returns the states of a track in order. Between two rows, it interpolates a state every millisecond; the tissue of
+/// the earlier row applies. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the pedal is
+/// pressed, reduced by the bur's friction as for an air turbine, whose torque falls linearly from stall to free
+/// speed.
 class VoicedTrack {
  public:
   /// The track must outlive this object and have at least one row.
@@ -38,7 +39,7 @@ class VoicedTrack {
   const ContactTrack& track_;
   double free_speed_;
   std::size_t row_ = 0;  // the last row that was passed
-  Nanos after_ = 0;      // ns since that row
+  Nanos after_ = 0;      // ns, time since this row
 };
 
 }  // namespace typodont::audio

@@ -24,15 +24,15 @@ struct SoundState {
   bool cutting_tool = true;  // false for hand instruments: they scrape and tap
   double slip_speed = 0;     // m/s along the surface, for scraping
   double suction = 0;        // 0..1
-  double spray = 0;          // 0..1, flow of the handpiece's water
+  double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow
 };
 
 struct SynthOptions {
-  double hold = 0;           // s without a state after which contact ends and the drill runs down; 0: never
+  double hold = 0;           // s, time without a state after which contact ends and the drill runs down; 0: never
   bool lower_order = false;  // reduce each model to the order with the least BIC (sufficient_order())
 };
 
-/// One thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
+/// Used by one thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
@@ -47,7 +47,7 @@ class DrillSynth {
 
   /// Renders the next samples; the first call starts at time 0.
   void render(std::span<float> mono) noexcept;
-  /// Renders the next samples; the first of them is at time t_first of the ticks' clock (see AudioOutput).
+  /// Renders the next samples; the first sample has the time t_first of the ticks' clock (see AudioOutput).
   void render(std::span<float> mono, Nanos t_first) noexcept;
 
   double sample_rate() const noexcept;

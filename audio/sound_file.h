@@ -22,7 +22,7 @@ Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
 
-/// Writes a WAV file under a temporary name until finish(). If the program ends before that, no file remains.
+/// Writes a WAV file under a temporary name until finish(). If the program ends before finish(), no file remains.
 class WavWriter {
  public:
   WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16,

@@ -12,37 +12,38 @@
 
 namespace typodont::audio {
 
-/// A tone at a multiple of the rotor's frequency, for drills of which no recording contains the tone.
+/// A tone at a multiple of the rotor's frequency, for drills without a recording of this tone.
 struct RotorTone {
   double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
-  double amplitude = 0;  // at free speed; proportional to the speed below it; full scale is 1
+  double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
-/// Levels measured on a real drill: how much louder it is at work than idling at free speed.
+/// Levels measured on a real drill: the difference between the sound at work and the idle sound at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N
   double contact_area = 0;  // m²
   double removal_rate = 0;  // m³/s
-  double spindle = 0;       // rad/s at work
-  double level_dB = 0;      // change of the whole level
+  double spindle = 0;       // rad/s, spindle speed at work
+  double level_dB = 0;      // dB, change of the level of the whole sound
   double high_dB = 0;       // change of the level above 4 kHz
 };
 
-/// Plain data. A working model that is missing is derived from the idle one by the mapping in audio/README.md
-/// ("Working sound where none was recorded").
+/// Plain data. A missing working model is derived from the idle model by the mapping in audio/README.md ("Working
+/// sound without a recording").
 struct SoundModels {
   ArModel idle;
   // Working models from recordings; empty if none was recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
-  double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
+  double free_speed = 0;  // rad/s, speed at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
   // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
   double teeth = 0;
-  double working_gain = 1;  // gain of all working models
-  double brightness = 1;    // gain of high frequencies at high force and removal; 1: they become twice as strong
-  double spray_dB = 0;      // dB, how much louder the idling drill is with water spray; 0: the spray is silent
-  double level = 1;         // gain of the whole voice, which makes voices of different recordings equally loud
+  double working_gain = 1;  // factor of the amplitude of all working models
+  // factor of the additional high frequencies at high force and removal; 1: their amplitude is doubled
+  double brightness = 1;
+  double spray_dB = 0;  // dB, increase of the idling drill's level by water spray; 0: the spray is silent
+  double level = 1;     // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };
 

@@ -11,9 +11,9 @@
 
 namespace typodont::audio {
 
-/// Takes every tick in order, on one thread (the audio callback's). Never allocates. Removal rate and slip are
-/// differences over several ticks, because differences of single ticks are noisy. The time between them does not depend
-/// on the servo rate, so the sound does not either.
+/// Processes every tick in order, on one thread (the audio callback's). Never allocates. Removal rate and slip are
+/// differences over several ticks, because differences of single ticks are noisy. The interval of these differences
+/// does not depend on the servo rate, so the sound does not depend on it either.
 class TickVoice {
  public:
   /// `tools_cut`: for each tool of the session, whether it is a bur. Other tools scrape and tap.
@@ -30,7 +30,7 @@ class TickVoice {
   };
   static constexpr std::size_t kSeen = 64;  // ring buffer, long enough for 12 kHz
   std::array<Seen, kSeen> seen_{};
-  std::size_t count_ = 0, back_ = 0;  // number of ticks so far; the tick from which differences are taken
+  std::size_t count_ = 0, back_ = 0;  // number of ticks so far; index of the tick from which differences are taken
   std::vector<bool> tools_cut_;
 };
 

@@ -273,7 +273,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  if (out.tissue != Tissue::kAir) return;  // hard tissue also holds the tool
+  if (out.tissue != Tissue::kAir) return;  // the tick reports hard tissue, which also touches the tool
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
   if (push > 0) out.n_C_W = now.soft.force / push;

@@ -50,7 +50,7 @@ struct ServoSettings {
   VoxelFrame frame;                             // frame of the tissue volume
   std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
   std::shared_ptr<const ContactMethod> method;  // contact method; null: default_contact_method()
-  std::shared_ptr<const SoftSurface> soft;      // soft tissue around the tooth (soft_tissue.h); null: none
+  std::shared_ptr<const SoftSurface> soft;  // soft tissue around the tooth (soft_tissue.h); null: the scene has none
 };
 
 /// The tools of a session. ServoTick::tool, Cut::tool and HandSample::tool are indices into this list.

@@ -1,4 +1,5 @@
-// Properties of soft tissue, and the data that a picture of it needs. haptics/soft_tissue.h contains the simulation.
+// Properties of soft tissue, and the data that a picture of the tissue needs. haptics/soft_tissue.h contains the
+// simulation.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +12,10 @@ namespace typodont::haptics {
 /// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa
-  double thickness = 2e-3;       // m, of the soft layer on bone; where the tissue is thinner, its own thickness counts
-  double return_time = 0.2;      // s, time constant with which the tissue returns after release
-  double friction = 0.1;         // Coulomb coefficient of a tool that does not rotate
+  // m, thickness of the soft layer on bone; where the tissue is thinner, its own thickness is used
+  double thickness = 2e-3;
+  double return_time = 0.2;         // s, time constant with which the tissue returns after release
+  double friction = 0.1;            // Coulomb coefficient of a tool that does not rotate
   double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove the tissue
   double spacing = 0.35e-3;         // m, distance between the simulated points
   double bleeding_depth = 0.25e-3;  // m, depth of a cut from which it bleeds
@@ -26,7 +28,7 @@ struct SoftWound {
   Nanos t = 0;   // time at which it began to bleed
   dvec3 p_W{0};  // m
 };
-/// Radius of the wet patch around a wound, m, `age` seconds after it began to bleed.
+/// Radius in m of the wet patch around a wound, `age` seconds after the wound began to bleed.
 double blood_radius(const SoftLaw& law, double age) noexcept;
 
 /// New state of one point, for a picture.

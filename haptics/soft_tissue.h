@@ -1,5 +1,5 @@
-// Soft tissue around the working tooth, for example gum: it yields under an instrument, pushes back, and returns. A
-// rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
+// Soft tissue around the working tooth, for example gum. It yields under an instrument, pushes back, and returns to
+// its resting surface. A rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
 #pragma once
 
 #include <array>
@@ -25,11 +25,11 @@ class SoftSurface {
     dvec3 p_W{0};          // m
     dvec3 n_W{0, 0, 1};    // unit, out of the tissue
     double area = 0;       // m²
-    double thickness = 0;  // m, of the layer below the point
+    double thickness = 0;  // m, thickness of the layer below the point
   };
   struct Link {
     std::uint32_t point = 0;  // the neighbour
-    double tension = 0;       // N/m, force per difference of the two displacements
+    double tension = 0;       // N/m, force per difference of the displacements of the two points
   };
   /// `distance`: distance function of the tissue in W, m, negative inside; accurate near the surface. `hidden`: true
   /// where another body covers the tissue, so that no instrument reaches it. Points are made in the box from `lo` to
@@ -72,14 +72,16 @@ class SoftSurface {
   dvec3 lo_{0};
   glm::ivec3 cells_{0};
   std::vector<std::uint32_t> cell_first_, cell_points_;
-  std::vector<float> cell_clearance_;  // m, lower bound for each position in the cell
+  // m, lower bound of the distance from any position in the cell to the nearest point
+  std::vector<float> cell_clearance_;
 };
 
 /// The soft tissue in motion. Servo thread only; tick() is noexcept and never allocates. Deterministic: equal input
 /// gives equal bits.
 class SoftTissue {
  public:
-  /// Limit of the points that move at the same time. Further points stay at rest until another point has returned.
+  /// Limit of the number of points that move at the same time. Further points stay at rest until another point has
+  /// returned to rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
@@ -91,7 +93,7 @@ class SoftTissue {
     Nanos t = 0;
     double dt = 1e-3;        // s
     Pose X_WG;               // pose of the tool as the hand and the hard tissue determine it
-    std::uint32_t tool = 0;  // index among the tools
+    std::uint32_t tool = 0;  // index of the tool
     double cutting = 0;      // m/s, cutting speed of the bur's rim times its cutting coefficient; 0: it does not cut
   };
   struct Output {
@@ -100,10 +102,10 @@ class SoftTissue {
     double stored = 0;  // J, energy of the spring between the hand and the tool
     bool touching = false;
   };
-  /// True if no point moves and the tool is too far away to touch one: then a tick would change nothing. Fast.
+  /// True if no point moves and the tool is too far away to touch a point; a tick would then change nothing. Fast.
   bool at_rest(const Pose& X_WG, std::uint32_t tool) noexcept;
   Output tick(const Input& in) noexcept;
-  /// The hand was lost: the tool touches nothing until the next tick().
+  /// Call this if the hand was lost: the tool then touches nothing until the next tick().
   void release() noexcept;
   /// True if the last tick found contact.
   bool touching() const noexcept { return touching_; }
@@ -141,34 +143,35 @@ class SoftTissue {
   }
 
  private:
-  /// A moving point.
+  /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
     double v = 0, before = 0;  // m, elastic displacement inward, now and at the start of the tick
-    double stiffness = 0;      // N/m, of the layer below the point
-    double springs = 0;        // N/m, of the layer and of the links
+    double stiffness = 0;      // N/m, stiffness of the layer below the point
+    double springs = 0;        // N/m, sum of the stiffnesses of the layer and of the links
     double limit = 0;          // m, limit of the displacement, including the cut
     double yield = 0;          // m/N, displacement per force within this tick
     // Contact with the tool
     bool contact = false;
     double exit = 0;     // m, depth below the resting point at which the head ends
-    double weight = 0;   // 0..1; 1: the head presses from above, 0: its side passes
+    double weight = 0;   // 0..1; 1: the head presses the point from above; 0: the side of the head passes the point
     dvec3 slope{0};      // change of `exit` per displacement of the tool
     double ignored = 0;  // m, part of the overlap that existed when the contact began
     double force = 0;    // N, inward force that moves the point
     double stop = 0;     // N, additional force of a point at its limit
   };
-  /// The tool as a distance function, and balls that contain it.
+  /// The tool as a distance function, with balls that contain it.
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m
-    double blunt = 0;    // m, by which the head is enlarged, so that its tip does not pass between two points
+    double blunt = 0;    // m, distance by which the head is enlarged, so that its tip does not pass between two points
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m
     };
     std::vector<Ball> balls;
-    double low = 0, high = 0, radius = 0, reach = 0;  // m: extent along the axis, largest radius, farthest point
+    // m: extent along the axis, largest radius, distance of the farthest point
+    double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
   };
@@ -188,17 +191,17 @@ class SoftTissue {
   std::vector<Active> active_;
   std::vector<std::int32_t> slot_;      // for each point, its index in active_; -1: at rest
   std::vector<float> cut_, sent_;       // m, for each point
-  std::vector<std::uint8_t> waits_;     // for each point: it is in to_send_
+  std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in to_send_
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
   dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue, now and in the last tick
   bool touching_ = false;
-  bool placed_ = false;  // last_ is the pose of the last tick
+  bool placed_ = false;  // true if last_ is the pose of the last tick
   Pose last_;
   std::uint32_t tool_ = 0;
   Pose seen_;         // pose for which room_ is valid
-  double room_ = -1;  // m that the tool may move from seen_ before it can touch a point
+  double room_ = -1;  // m, distance that the tool may move from seen_ before it can touch a point
 };
 
 }  // namespace typodont::haptics

@@ -14,10 +14,11 @@ namespace typodont::haptics {
 /// implant motors.
 struct Spindle {
   std::string name = "ideal";
-  double free_speed = 0;           // rad/s at full pedal
-  double stall_torque = 0;         // N·m at full pedal; 0: ideal motor, the speed does not fall under load
-  double run_up_time = 0;          // s, time constant: 63 % of a speed change are done after this time; 0: immediate
-  std::string handpiece;           // the motor's handpiece in pictures, as Tool::handpiece; empty: a turbine
+  double free_speed = 0;    // rad/s at full pedal
+  double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
+  double run_up_time = 0;   // s, time constant: 63 % of a speed change are done after this time; 0: immediate
+  // the motor's handpiece in pictures, with the same values as Tool::handpiece; empty: a turbine
+  std::string handpiece;
   std::optional<Nozzles> nozzles;  // the handpiece's water; not used by the servo
 };
 

@@ -30,7 +30,7 @@ class Sweep {
 
   /// Raises the distances of a block of voxels, lo .. lo+size-1, to their depth in the swept head (at most kInner),
   /// wherever the depth is larger. This removes tissue. z runs fastest; the strides are in samples. `removed`, if
-  /// given, receives the removed volume per tissue; then `tissue` must be given, too. Returns whether any sample
+  /// given, receives the removed volume per tissue; then `tissue` must be given, too. Returns true if any sample
   /// changed. Any thread; the bits do not depend on the processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;

@@ -93,8 +93,8 @@ struct Tool {
   // The filling stays inside this solid: the cavity, or the former tooth; null: no limit
   std::shared_ptr<const Solid> fill_within;
 
-  // Instrument that holds the tool in pictures: a file in assets/handpieces/, or "none"; empty: chosen by the rule in
-  // engine/app/handpiece_file.h. Contact and cutting ignore it.
+  // Instrument that holds the tool in pictures: a file in assets/handpieces/, or "none". If empty, the rule in
+  // engine/app/handpiece_file.h selects the instrument. Contact and cutting ignore it.
   std::string handpiece;
 
   std::shared_ptr<const ImplantTool> implant;  // properties of an instrument for implant surgery; null: another tool

@@ -21,7 +21,7 @@ constexpr double kGrid = 46.875;            // Hz, grid of the compared frequenc
 
 struct Analysed {
   SoundMeasure measure;
-  std::vector<double> power;  // density at kGrid, 2 kGrid …
+  std::vector<double> power;  // power density at the frequencies kGrid, 2 kGrid, …
 };
 
 Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to, bool constant_speed) {
@@ -76,7 +76,7 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // Below 60 Hz such a short window gives no information.
+  // A window of this length gives no information below 60 Hz.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

@@ -32,7 +32,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // The pair at i spans samples i … i + m + 1 and gets the weight of the middle one.
+      // The pair at i spans samples i … i + m + 1 and gets the weight of the middle sample.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -79,7 +79,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]: the first row is summed directly, the others are updated along the diagonals.
+  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]: the first row is summed directly, the other rows are updated along the
+  // diagonals.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {
@@ -107,7 +108,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const bool stable =
       std::all_of(result.reflection.begin(), result.reflection.end(), [](double k) { return std::abs(k) < 1; });
   if (!stable) {
-    // The same power spectrum has a stable model, computed from the autocorrelation.
+    // A stable model with the same power spectrum is computed from the autocorrelation.
     constexpr std::size_t kPoints = (std::size_t{1} << 16) + 1;
     std::vector<double> power(kPoints);
     const auto denominator = power_of_taps({solution.data(), p}, kPoints);

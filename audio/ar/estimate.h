@@ -17,14 +17,15 @@ struct Estimate {
 /// Burg's method (Burg 1975). `weights`, if not empty, weight the prediction errors (Swingler 1979); weights.size() ==
 /// x.size(). The result is stable by construction.
 Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
-/// Yule–Walker: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. Stable by construction.
+/// Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. The result is stable
+/// by construction.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
 /// Modified covariance method (Marple 1980): least squares of forward and backward prediction. The solution may be
 /// unstable; then `refactored` is set.
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };
-/// The order that minimises n·ln σ²_p + 2p (Akaike 1974) or + p·ln n (Schwarz 1978).
+/// The order p that minimises n·ln σ²_p + 2p (Akaike 1974) or n·ln σ²_p + p·ln n (Schwarz 1978).
 std::size_t best_order(const std::vector<double>& variance_by_order, std::size_t samples, Criterion criterion);
 
 }  // namespace typodont::audio

@@ -33,7 +33,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   using Unaligned = typename VectorOf<T>::Unaligned;
   constexpr int kLanes = static_cast<int>(sizeof(Vector) / sizeof(T));
   constexpr int kBlock = BlockFilter<T>::kBlock;
-  constexpr int kSlice = 4 * kLanes;  // four vectors: the sums then stay in registers
+  constexpr int kSlice = 4 * kLanes;  // a slice has the length of four vectors, so that the sums stay in registers
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
@@ -44,8 +44,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // Go from the oldest sample to the newest. The newest were stored just now, and a load that spans several recent
-    // stores has to wait for them.
+    // The loop runs from the oldest sample to the newest sample, because the newest samples were stored just now, and
+    // a load that spans several recent stores has to wait for them.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
@@ -120,7 +120,8 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  const std::size_t room = order_ + 4096;  // the history moves back to the front every few thousand samples
+  // the history is moved to the start of the buffer every few thousand samples
+  const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;
 }
@@ -157,7 +158,7 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
 }
 
 double LatticeFilter::next(double noise) noexcept {
-  // Gray & Markel 1975, fig. 3: stage m turns (forward, delayed backward) by the angle whose sine is k_m. In the
+  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by the angle whose sine is k_m. In the
   // normalised scale the unit noise is the forward input, and the output has unit variance.
   double forward = noise;
   for (std::size_t m = sine_.size(); m-- > 0;) {

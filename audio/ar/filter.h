@@ -1,4 +1,5 @@
-// All-pole filters 1/A(z): direct form, block form and normalised lattice. None allocates after construction.
+// All-pole filters 1/A(z): direct form, block form and normalised lattice. They do not allocate memory after
+// construction.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,8 @@
 namespace typodont::audio {
 
 /// Condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and residual.
-/// Rounding acts on the direct recursion like a second excitation of (machine epsilon × this number) times the true
-/// one.
+/// Rounding errors act on the direct recursion like an additional excitation whose ratio to the true excitation is
+/// the machine epsilon times this number.
 double direct_form_condition(const ArModel& model);
 
 /// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].
@@ -22,7 +23,9 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  std::vector<T> a_, past_;  // past_: the newest `order` samples, newest first; stored twice, so a read never wraps
+  // past_: the newest `order` samples, newest first. They are stored twice, so that a read never passes the end of
+  // the buffer.
+  std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
 };
@@ -45,8 +48,8 @@ class BlockFilter {
   std::size_t at_;  // index in history_ where the next block is written
 };
 
-/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation, so the energy of the states never exceeds the
-/// energy that was put in, even while the coefficients change, as long as |k| ≤ 1. `level` is the standard deviation of
+/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation. So the energy of the states never exceeds the
+/// energy of the input, even while the coefficients change, as long as |k| ≤ 1. `level` is the standard deviation of
 /// the output.
 class LatticeFilter {
  public:

@@ -26,13 +26,16 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kLowestCompared = 60;  // Hz, lower limit of the distances: the window cannot resolve less
-constexpr double kSilence = 1e-3;       // peak amplitude, -60 dB re full scale
-constexpr double kQuietBelowLoud = 40;  // dB below the loud part: quieter ends count as silence
-constexpr double kSteadyWithin = 3;     // dB, tolerance around the median level of the loud part
+// Hz, lower limit of the frequencies in the distances, because the window cannot resolve lower frequencies
+constexpr double kLowestCompared = 60;
+constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
+// dB, distance below the loud part's level at which the ends of the recording count as silence
+constexpr double kQuietBelowLoud = 40;
+constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-constexpr double kConstantSpeed = 0.002;         // range of the speed over its mean; smaller changes stay in the sound
-constexpr double kMostHeldOut = 0.9;             // fraction of the part
+// least range of the speed, as a ratio to its mean, that is removed; smaller changes stay in the sound
+constexpr double kConstantSpeed = 0.002;
+constexpr double kMostHeldOut = 0.9;             // limit of the held-out fraction of the part
 constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
 
 double mean_power(std::span<const double> x) {
@@ -75,7 +78,8 @@ void refuse_clipping(const std::filesystem::path& file, std::span<const double> 
   }
 }
 
-/// Throws Error if a single line has nearly all the power: noise cannot excite such a model.
+/// Throws Error if a single spectral line has nearly all the power, because filtered noise cannot represent such a
+/// sound.
 void refuse_one_tone(const std::filesystem::path& file, std::span<const double> x, double rate) {
   constexpr std::size_t kPoints = 8192;
   const auto power = welch(x, kPoints, rate);
@@ -106,7 +110,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// First sample that is not silence, and one past the last.
+/// Indices of the first audible sample and of the sample after the last audible sample.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -119,7 +123,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// The longest stretch whose level stays within kSteadyWithin of the median of the loud frames.
+/// The longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -158,14 +162,15 @@ double detected_hum(std::span<const double> x, double rate) {
   return 0;
 }
 
-/// Applies notch filters at the mains frequency and four harmonics, forward and backward, so without phase or delay.
+/// Applies notch filters at the mains frequency and four harmonics, forward and backward, so that they cause no phase
+/// shift and no delay.
 void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;
     if (w > 0.9 * kPi) break;
-    // A notch 4 Hz wide: zeros on the unit circle, poles just inside.
+    // A notch with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
-    const double gain = (1 + c * r + r * r) / (2 + c);  // unity at 0 Hz
+    const double gain = (1 + c * r + r * r) / (2 + c);  // gain of 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
       double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
       for (double& v : x) {
@@ -183,8 +188,8 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
 
 /// Standard deviation of white noise that fills an empty band above the audible one; 0 if no band is empty. A band is
 /// empty if its level is 40 dB below the weakest audible part (because of another sample rate or a coder's low-pass).
-/// The noise is 10 dB below the weakest audible part. An all-pole model cannot represent an empty band, and poles spent
-/// there would be missing in the audible band.
+/// The noise is 10 dB below the weakest audible part. An all-pole model cannot represent an empty band, and poles in
+/// an empty band would be missing in the audible band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -207,7 +212,7 @@ Window window_named(const std::string& name) {
   throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
 }
 
-/// The order as a number, or 0 for a criterion.
+/// The order as a number, or 0 if a criterion chooses the order.
 std::size_t order_asked(const FitOptions& options) {
   if (options.order == "aic" || options.order == "bic") return 0;
   int order = 0;
@@ -292,7 +297,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Select the part: as the user requested, without silence, optionally only the steady interval.
+  // Selects the part of the recording: the user's choice, without silence, and on request only the steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
@@ -345,7 +350,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   report.from = static_cast<double>(first) / rate;
   report.to = static_cast<double>(last) / rate;
 
-  // Check that the part of the recording can be fitted.
+  // Checks that this part of the recording can be fitted.
   const double model_rate = options.rate > 0 ? options.rate : rate;
   const double samples_fitted = (1 - options.hold_out) * static_cast<double>(x.size()) * model_rate / rate;
   if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {
@@ -361,7 +366,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Remove hum, convert to the model's rate, remove changes of the spindle's speed.
+  // Removes hum, converts the sound to the model's rate, and removes changes of the spindle's speed.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -389,7 +394,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      fill();  // the interpolation leaves a band below half the rate empty
+      fill();  // the interpolation leaves a band below half the rate empty, which is filled here
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
                       "{:.0f} Hz",
@@ -401,7 +406,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   x.resize(fitted);
   report.level_dB = in_dB(mean_power(x));
 
-  // Separate the rotor's lines from the noise.
+  // Separates the rotor's lines from the noise.
   const std::vector<double> whole = x;
   ArModel& model = report.model;
   std::vector<TakenLine> taken;
@@ -448,7 +453,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     model.spindle_estimated = model.spindle > 0;
   }
 
-  // Compare the model with the recording's smoothed spectrum.
+  // Compares the model with the recording's smoothed spectrum.
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
   const auto measured = welch(whole, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));

@@ -12,8 +12,8 @@ std::vector<double> step_up(const std::vector<double>& reflection);
 std::vector<double> step_down(std::vector<double> a);
 /// Levinson–Durbin: r_0…r_p → k_1…k_p.
 std::vector<double> reflection_of_autocorrelation(const std::vector<double>& r);
-/// |A|² at an angular frequency (rad; 2π is the sampling rate), computed by the lattice recursion. It needs no
-/// predictor coefficients, which can be huge although all |k| < 1.
+/// |A|² at an angular frequency (rad; 2π is the sampling rate), computed by the lattice recursion. The recursion
+/// needs no predictor coefficients, which can be huge although all |k| < 1.
 double predictor_power(const std::vector<double>& reflection, double angle);
 /// gain²/|A|² at `count` evenly spaced frequencies from 0 to half the sampling rate, both included.
 std::vector<double> sampled_power(const std::vector<double>& reflection, double gain, std::size_t count);

@@ -20,12 +20,13 @@ namespace {
 constexpr double kProminence = 10;              // dB above the surroundings, smallest prominence of a line
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMostLines = 10;
-constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
+constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
 constexpr double kDrift =
-    1;  // s; slower changes of frequency are changes of the spindle's speed, no width of the spectral line
-constexpr double kLongestTrack = 60;  // s in the middle of a recording over which a line is followed
-constexpr double kFloorReach = 100;   // Hz, width of the strip on each side in which the noise is measured
-constexpr double kWeakNoise = 0.02;   // limit for the noise's variance of the amplitude over its squared mean
+    1;  // s; slower changes of frequency count as changes of the spindle's speed, not as a width of the spectral line
+constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
+constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
+// limit for the variance of the amplitude that noise causes, divided by the squared mean amplitude
+constexpr double kWeakNoise = 0.02;
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};  // Hz
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
@@ -63,8 +64,8 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width fills the missing power at every
-  // frequency: |1 - H|² plus its power response is 1 within 0.6 dB.
+  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width replaces the missing power at
+  // every frequency: the sum of |1 - H|² and of the power response of the wider filter is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -111,14 +112,15 @@ double root_mean_square(const std::vector<double>& values) {
                    static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Subtracts the mean of the second around each value, to remove drift of the spindle's speed.
+/// Subtracts from each value the mean over the surrounding second, to remove drift of the spindle's speed.
 std::vector<double> without_drift(const std::vector<double>& values, double rate) {
   const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
   const auto count = static_cast<std::ptrdiff_t>(values.size());
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto reach = std::min({half, i, count - 1 - i});  // symmetric, so that a linear drift is removed completely
+    // the mean is symmetric, so that a linear drift is removed completely
+    const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
   }
@@ -137,7 +139,8 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) next to a line that is followed in a band of this width: the median just outside the band.
+/// Power density (1/Hz) next to a line that is followed in a band of this width: the median over the frequencies next
+/// to the band.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -208,7 +211,8 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  std::vector<std::pair<double, double>> tried;  // Hz: frequency, and half the width of the band that belongs to it
+  // Hz, for each frequency that was tried: the frequency, and half the width of its band
+  std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
     // A fluctuating line has several peaks within its band.
@@ -222,7 +226,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise beside the line stays in the sound, so its contribution to the line's variance is subtracted.
+    // The noise beside the line remains in the sound, so its contribution to the line's variance is subtracted.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
@@ -237,15 +241,15 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The line's frequency has a normal distribution; the Hann window of a sinusoid is known in closed form.
-    constexpr int kPoints = 9;  // from −2 to 2 standard deviations
+    // The line's frequency has a normal distribution. The Hann window's spectrum of a sinusoid has a closed form.
+    constexpr int kPoints = 9;  // number of evenly spaced frequencies from −2 to 2 standard deviations
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));
     for (int k = 0; k < kPoints; ++k) {
       const double weight = std::exp(-0.125 * (k - 4) * (k - 4)) / weights;
       const double frequency = line.frequency + 0.5 * (k - 4) * spread;
       for (std::size_t i = 0; i < power.size(); ++i) {
-        const double away = static_cast<double>(i) - frequency / bin;  // bins
+        const double away = static_cast<double>(i) - frequency / bin;  // bins, distance from the line's frequency
         if (std::abs(away) > 64) continue;
         const double sinc = std::abs(away) < 1e-6 ? 1 : std::sin(kPi * away) / (kPi * away);
         const double main = std::abs(std::abs(away) - 1) < 1e-6 ? 0.5 : sinc / (1 - away * away);

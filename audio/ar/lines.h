@@ -18,26 +18,30 @@ struct LineTrack {
   std::vector<double> deviation;  // Hz from the mean frequency
 
   double mean_amplitude() const;
-  /// Variance that the noise in the band alone would cause: of the amplitude, relative to the square of its mean, and
-  /// of the frequency (Hz²).
+  /// Variance that the noise in the band alone would cause. The first function gives the variance of the amplitude,
+  /// divided by the square of its mean; the second gives the variance of the frequency (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
-  /// Standard deviation of the amplitude over its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow band.
+  /// Standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow
+  /// band.
   double variation() const;
   /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must be
-  /// weak enough to tell the two apart.
+  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must
+  /// be so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  static constexpr double kSteadyVariation = 0.3;  // between the variations of a sinusoid and of noise
-  static constexpr double kWeakestLine = 0.1;      // variance of the amplitude by noise, over its squared mean
+  // limit of the variation of a sinusoid; it lies between the variations of a sinusoid and of noise
+  static constexpr double kSteadyVariation = 0.3;
+  // limit of the variance of the amplitude that noise causes, divided by the squared mean amplitude
+  static constexpr double kWeakestLine = 0.1;
 };
 
-/// Follows the line near `frequency` (Hz, an estimate) through the middle minute of the sound. Of the bandwidths from
-/// 20 to 160 Hz it takes the widest in which the noise variance is at most 0.02 of the line's. If there is none, it
-/// takes the one in which the amplitude varies least. Empty if the sound is shorter than 0.2 s.
+/// Follows the line near `frequency` (Hz, an estimate) through the middle minute of the sound. Chooses the widest
+/// bandwidth from 20 to 160 Hz in which the noise's variance is at most 0.02 of the line's variance. If no such
+/// bandwidth exists, chooses the one in which the amplitude varies least. Returns an empty track if the sound is
+/// shorter than 0.2 s.
 LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
@@ -48,7 +52,8 @@ struct TakenLine {
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest
-/// first. Frequency changes slower than a second count as changes of the spindle's speed, not of the line.
+/// first. Changes of frequency that are slower than a second count as changes of the spindle's speed, not of the
+/// line.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
 /// One-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would estimate it

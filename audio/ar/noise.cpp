@@ -13,7 +13,7 @@ namespace {
 // 0.172.
 inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   const UInt16x raw = std::bit_cast<UInt16x>(x);
-  // Map the mantissa to [√½, √2): above √2, halve it and increment the exponent.
+  // Maps the mantissa to [√½, √2): a mantissa above √2 is halved and the exponent is incremented.
   UInt16x shifted = raw - 0x3f3504f3u;
   const Int16x exponent = std::bit_cast<Int16x>(shifted) >> 23;
   const UInt16x mantissa_bits = (shifted & 0x007fffffu) + 0x3f3504f3u;
@@ -24,7 +24,7 @@ inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   return __builtin_convertvector(exponent, Float16) * 0.69314718f + 2.0f * s * series;
 }
 
-// sin(2π t) for t in [−½, ½): odd minimax polynomial on a quarter turn, the rest by symmetry (error 2e-7).
+// sin(2π t) for t in [−½, ½): an odd minimax polynomial on a quarter turn; symmetry gives the rest (error 2e-7).
 inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   const Float16 magnitude = t < 0.0f ? -t : t;
   const Float16 folded = magnitude > 0.25f ? 0.5f - magnitude : magnitude;

@@ -5,7 +5,7 @@
 
 namespace typodont::audio {
 
-/// 64-bit mixer (splitmix64; Steele, Lea & Flood 2014). It derives independent seeds from one.
+/// 64-bit mixing function (splitmix64; Steele, Lea & Flood 2014), which derives independent seeds from one seed.
 constexpr std::uint64_t mixed(std::uint64_t seed) {
   seed += 0x9e3779b97f4a7c15u;
   seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -9,11 +9,12 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kFrame = 0.05;          // s, length of a frame
-constexpr double kAudible = 25;          // dB below the loud frames, limit of the drill's audibility
+constexpr double kFrame = 0.05;  // s, length of a frame
+// dB, distance below the level of the loud frames at which the drill counts as inaudible
+constexpr double kAudible = 25;
 constexpr double kEvenWithin = 1.5;      // dB, largest change over kEvenOver frames that counts as a constant level
-constexpr std::ptrdiff_t kEvenOver = 6;  // frames
-constexpr double kUnderLoad = 2.5;       // dB, increase over idling that counts as load
+constexpr std::ptrdiff_t kEvenOver = 6;  // number of frames over which the level must be constant
+constexpr double kUnderLoad = 2.5;       // dB, increase over the idle level that counts as load
 constexpr double kShortest = 0.2;        // s; a shorter part is merged with its neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
@@ -28,7 +29,7 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// The level that best separates quiet from loud frames (Otsu 1979), or nothing if there is only one kind.
+/// The level that best separates quiet from loud frames (Otsu 1979); no value if all frames have similar levels.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);
@@ -83,7 +84,8 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // Between the first and the last frame of constant level: idle or load, each of a minimum length.
+  // The part between the first and the last frame of constant level is divided into idle and load, each of a minimum
+  // length.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

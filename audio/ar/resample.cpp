@@ -50,12 +50,12 @@ TYPODONT_CLONES float dot_between(const float* row, const float* next_row, float
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate) {
   if (from_rate == to_rate) return {x.begin(), x.end()};
   constexpr double kCrossings = 64, kBeta = 12;
-  // The transition band of this window has a width of about 0.06 of the lower rate, and ends at half the lower rate.
+  // The transition band of this window has a width of about 0.06 of the lower rate; it ends at half the lower rate.
   const double cutoff = std::min(1.0, to_rate / from_rate) * 0.97;
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;
   const auto count = static_cast<std::size_t>(std::floor(static_cast<double>(x.size()) / step));
-  // A fine table of the kernel, interpolated cubically, so that the rates need no common multiple.
+  // The kernel is stored in a fine table and interpolated cubically, so that the two rates need no common multiple.
   constexpr double kTable = 1024;
   std::vector<double> table(static_cast<std::size_t>(half * kTable) + 4);
   for (std::size_t i = 0; i < table.size(); ++i) {

@@ -1,4 +1,5 @@
-// Sample-rate conversion by windowed sinc (Smith 1984): of whole sounds at set-up time, and of noise while it is made.
+// Sample-rate conversion by windowed sinc (Smith 1984), for whole sounds at set-up time and for noise while it is
+// generated.
 #pragma once
 
 #include <span>

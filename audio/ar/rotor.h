@@ -13,8 +13,8 @@ struct SpectralLine {
   double prominence = 0;  // dB above the median of the neighbouring spectrum
   double level_dB = 0;    // power density, dB re 1/Hz
 };
-/// Peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer one resolves
-/// weaker lines if their frequency is constant.
+/// Peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer window
+/// resolves weaker lines if their frequency is constant.
 std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB = 8,
                                          double window = kLineWindow);
 

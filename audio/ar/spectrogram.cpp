@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kSilence = 1e-20;  // full scale² per Hz, lower limit: -200 dB
+constexpr double kSilence = 1e-20;  // lower limit of the power density in full scale² per Hz: -200 dB
 }
 
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window) {

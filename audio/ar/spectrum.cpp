@@ -43,7 +43,7 @@ class RealFft {
   double& im(std::size_t i) { return frequency_.get()[2 * i + 1]; }
   double power(std::size_t i) { return re(i) * re(i) + im(i) * im(i); }
   void forward() { fftw_execute(forward_.get()); }
-  void backward() { fftw_execute(backward_.get()); }  // unnormalised
+  void backward() { fftw_execute(backward_.get()); }  // the result is not divided by the length
 
  private:
   fftw_complex* bins() { return reinterpret_cast<fftw_complex*>(frequency_.get()); }
@@ -159,7 +159,8 @@ double log_spectral_distance(std::span<const double> a, std::span<const double> 
 
 double chance_distance(std::size_t count, std::size_t n) {
   const double windows = count < n ? 1 : 1 + std::floor(2 * static_cast<double>(count - n) / static_cast<double>(n));
-  // Neighbouring Hann windows that overlap by half have a correlation of 1/6, so their powers have one of 1/36.
+  // Neighbouring Hann windows that overlap by half have a correlation of 1/6, so the correlation of their powers is
+  // 1/36.
   const double variance = (1 + 2.0 / 36 * (windows - 1) / windows) / windows;
   return 10 / std::log(10.0) * std::sqrt(variance);
 }

@@ -14,8 +14,8 @@ std::vector<double> window_samples(Window window, std::size_t n);
 /// that overlap by half. A sound shorter than one window is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
-/// Expected value of welch() for a sound with the power spectrum `power`: that spectrum convolved with the window's.
-/// `power` is the double-sided density times the rate at 2^m + 1 frequencies (see sampled_power()).
+/// Expected value of welch() for a sound with the power spectrum `power`: this spectrum convolved with the window's
+/// spectrum. `power` is the double-sided density times the rate at 2^m + 1 frequencies (see sampled_power()).
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
 /// r_0…r_lags of the samples, biased: Σ x[i] x[i+l] / count.

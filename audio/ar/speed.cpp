@@ -13,10 +13,10 @@ namespace typodont::audio {
 
 namespace {
 constexpr double kShortest = 0.5, kLongest = 60;  // s, lengths of a sound in which the speed is followed
-constexpr double kProminence = 10;                // dB above the surroundings, of a line that is followed
-constexpr std::size_t kMostTried = 6;             // number of lines that are tried, strongest first
-constexpr double kSmoothing = 0.3;  // s, length of the moving average over the speed; a spindle has inertia
-constexpr int kPasses = 3;          // number of moving averages: together nearly a Gaussian filter
+constexpr double kProminence = 10;     // dB, least prominence above the surroundings of a line that is followed
+constexpr std::size_t kMostTried = 6;  // number of lines that are tried, from the strongest on
+constexpr double kSmoothing = 0.3;     // s, length of the moving average over the speed; a spindle has inertia
+constexpr int kPasses = 3;  // number of moving averages in succession, which are together nearly a Gaussian filter
 
 /// Value at place `at` of the straight line that fits values[from … from + count) best.
 double extrapolated(const std::vector<double>& values, std::size_t from, std::size_t count, double at) {
@@ -73,8 +73,8 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The track begins and ends within the sound, by the same distance, because its filter needs samples on both
-    // sides. There the speed is constant.
+    // The track begins after the sound's start and ends before its end, by the same time, because its filter needs
+    // samples on both sides. In these two intervals the speed is constant.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

@@ -6,23 +6,25 @@
 
 namespace typodont::audio {
 
-/// Speed of the spindle over time, relative to its mean. One value per `step` s; the first belongs to time 0.
+/// Speed of the spindle over time, relative to its mean. One value per `step` s; the first value is the speed at time
+/// 0.
 struct SpeedTrack {
   double frequency = 0;       // Hz, mean frequency of the line on which the speed was measured
-  double step = 0;            // s
-  std::vector<double> ratio;  // speed over the mean speed; empty if no line could be followed
+  double step = 0;            // s, time between two values
+  std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 
   bool known() const { return !ratio.empty(); }
-  double at(double t) const;  // t in s; linear between the values, constant beyond the ends; 1 if not known
-  double range() const;       // highest ratio − lowest ratio
+  // speed ratio at time t (s), interpolated linearly, constant beyond the ends; 1 if the speed is not known
+  double at(double t) const;
+  double range() const;  // highest ratio − lowest ratio
 };
 
-/// Follows the strongest steady line of the sound. Not known if no line is steady, or if the sound is shorter than
-/// 0.5 s or longer than a minute.
+/// Follows the strongest steady line of the sound. The result is empty if no line is steady, or if the sound is
+/// shorter than 0.5 s or longer than a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
-/// The sound as it would be at the mean speed: played faster where the spindle was slow, and slower where it was fast.
-/// So every line of the rotor keeps one frequency.
+/// The sound as it would be at the mean speed: it is played faster where the spindle was slow, and slower where the
+/// spindle was fast. So every line of the rotor keeps its frequency.
 std::vector<double> at_constant_speed(std::span<const double> x, double rate, const SpeedTrack& speed);
 
 }  // namespace typodont::audio

@@ -24,8 +24,8 @@ namespace typodont::audio {
 
 namespace {
 
-/// The baseline: as many multiply-adds per sample as the filter has coefficients, without feedback, in the same vectors
-/// and registers. A recursive filter computed directly cannot be faster.
+/// The baseline: as many multiply-adds per sample as the filter has coefficients, without feedback, in the same
+/// vectors and registers. A recursive filter in direct form cannot be faster.
 TYPODONT_CLONES void multiply_add_floor(const float* a, int order, const float* x, float* y, int count) {
   for (int n = 0; n < count; n += 64) {
     Float16 even[4] = {}, odd[4] = {};
@@ -80,13 +80,14 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
 
   FitOptions fit;
   fit.order = std::to_string(*std::max_element(options.orders.begin(), options.orders.end()));
-  fit.lines = false;  // these rows measure how well a filter of each order represents the recording
+  // without lines, because these rows measure how well a filter of each order represents the recording
+  fit.lines = false;
   const FitReport best = fit_recording(options.recording, fit);
   for (const int order : options.orders) {
     const ArModel model = truncated(best.model, static_cast<std::size_t>(order));
     const std::string knob = "order " + std::to_string(order);
 
-    // Compare the spectrum for each order with the recording's.
+    // Compares the spectrum for each order with the recording's spectrum.
     const std::size_t points = 2 * best.frequencies.size();  // samples in a segment of the recording's Welch spectrum
     const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;
@@ -103,7 +104,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     });
     rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
-    // A new filter to measure the error; one filter repeatedly to measure the time.
+    // A new filter measures the error; one filter that is used repeatedly measures the time.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);
@@ -161,7 +162,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // The complete voice with its lines: time per sample, and as a fraction of real time.
+  // Measures the complete voice with its lines: time per sample, and as a fraction of real time.
   SoundModels models;
   models.idle = fit_recording(options.recording, {}).model;
   models.free_speed = 300 * kKrpm;

@@ -25,7 +25,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // Begin with a wide loop bandwidth, so that one late callback at the start has a short effect.
+      // The loop begins with a wide bandwidth, so that the effect of a late callback at the start is short.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;

@@ -23,8 +23,8 @@ DeviceOutput::~DeviceOutput() {
 }
 
 bool DeviceOutput::close_within(Nanos patience) {
-  // PortAudio can wait ten minutes for a callback that a dead JACK server never makes, so it is closed on another
-  // thread.
+  // PortAudio can wait ten minutes for a callback that a dead JACK server never makes, so the stream is closed on
+  // another thread.
   if (closed_->load()) {
     closed_->store(false);
     std::thread([backend = backend_, closed = closed_] {
@@ -91,7 +91,7 @@ void DeviceOutput::advance(Nanos t) {
     ++recoveries_;
     last_look_samples_at_ = t;
     log::info("sound: {} is back", opened_.name);
-  } catch (const std::exception&) {  // still disconnected; this was already reported
+  } catch (const std::exception&) {  // the device is still disconnected, which was already reported
     close_within(50'000'000);
   }
 }

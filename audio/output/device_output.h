@@ -1,4 +1,4 @@
-// Sound output through a sound card that may be disconnected and come back.
+// Sound output through a sound card that may be disconnected and connected again.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class DeviceOutput final : public AudioOutput {
   std::string description() const override;
 
   /// A tick at time t is heard in the sample that leaves the program one buffer and this margin later. The margin
-  /// allows for a late callback and for the tick's passage through the ring.
+  /// allows for a late callback and for the time that a tick needs to pass through the ring.
   static constexpr Nanos kMargin = 1'000'000;
   static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
   static constexpr Nanos kRetryEvery = 1'000'000'000;
@@ -37,8 +37,8 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  std::shared_ptr<StreamBackend> backend_;     // shared with a thread that closes it, which may take long
-  std::shared_ptr<std::atomic<bool>> closed_;  // false while that thread is closing it
+  std::shared_ptr<StreamBackend> backend_;     // shared with the thread that closes the stream, which may take long
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while the other thread is closing the stream
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;

@@ -1,4 +1,4 @@
-// Creates sound outputs by address, and contains the two that need no device.
+// Creates sound outputs by address, and contains the two outputs that need no device.
 #include <algorithm>
 #include <cmath>
 
@@ -66,7 +66,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// No output: the source is never called, so silence has no cost.
+/// No output: the source is never called, so this output costs no time.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

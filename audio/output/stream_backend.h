@@ -28,12 +28,13 @@ struct StreamOpened {
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Throws Error if no device has that name, RunFailure if it refuses.
+  /// Throws Error if no device has this name, RunFailure if the device refuses.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
   /// False after the device has disappeared or the stream has stopped by itself.
   virtual bool alive() noexcept = 0;
-  /// After this call begins, the callback is not called again. May take minutes if the sound server died.
+  /// After the beginning of this call, the callback is not called again. The call may take minutes if the sound
+  /// server died.
   virtual void close() noexcept = 0;
 };
 

@@ -23,7 +23,7 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Factor of the tissue's colour on the power at a frequency in Hz, without the level.
+/// Factor by which the tissue changes the power at a frequency in Hz, without the level.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;
@@ -40,7 +40,7 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Powers are sums over the grid; the power of a line is expressed in the same way.
+  // Powers are sums over the grid of frequencies; the power of a line is expressed in the same unit.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);
@@ -52,8 +52,8 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // The colour changes only the shape; the level is set separately. A floor at -100 dB keeps the Levinson recursion
-    // well-conditioned.
+    // The tissue changes only the shape of the spectrum; the level is set separately. A lower limit of -100 dB keeps
+    // the Levinson recursion well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

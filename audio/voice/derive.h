@@ -9,8 +9,8 @@
 
 namespace typodont::audio {
 
-/// How a tissue changes the drill's spectrum; see audio/README.md. Hard, brittle tissue chips in short bursts (higher
-/// level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps.
+/// Changes that a tissue makes to the drill's spectrum; see audio/README.md. Hard, brittle tissue chips in short
+/// bursts (higher level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps.
 struct TissueColour {
   double level_dB;       // dB, power of the working sound relative to the idle sound, at free speed
   double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
@@ -20,8 +20,9 @@ struct TissueColour {
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 
-/// One working model per tissue; that of air is the idle model. Each is the idle power spectrum times the tissue's
-/// colour, as a model of the same order and rate. Stable by construction (autocorrelation, then Levinson–Durbin).
+/// One working model per tissue; the model for air is the idle model. Each is the idle power spectrum times the
+/// tissue's factors, as a model of the same order and rate. It is stable by construction (autocorrelation, then
+/// Levinson–Durbin).
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle);
 
 }  // namespace typodont::audio

@@ -9,18 +9,19 @@ namespace typodont::audio {
 
 namespace {
 
-// Water spray. A nozzle's jet hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
+// Water spray. The jet of a nozzle hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
 constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz
 constexpr double kDropletsPerSecond = 500;
-constexpr float kDropletPower = 0.25f;  // fraction of the spray's power
+constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that droplets have
 
-constexpr float kSuctionHiss = 1;  // white noise in the suction, over that which excites its resonance
+// amplitude of the white noise in the suction, as a ratio to the noise that excites its resonance
+constexpr float kSuctionHiss = 1;
 
-constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
+constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
 
-/// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue rings higher, longer and
-/// louder. The other two modes are at 1.58 and 2.24 times the first (2.76 and 5.4 for a free bar; closer for a held
-/// crown). Chosen by ear, not measured.
+/// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue sounds higher, longer and
+/// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode (2.76 and 5.4 times for a
+/// free bar; for a held crown the modes are closer). The values were chosen by ear; they are not measured.
 struct Ring {
   double frequency, decay, weight;
 };
@@ -36,7 +37,8 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-constexpr double kScrapeDamping = 1;  // limit of a scrape's high frequencies over the frequency of the first mode
+// upper limit of a scrape's frequencies, as a ratio to the frequency of the first mode
+constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
 }  // namespace
@@ -94,7 +96,8 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Low-passes one octave above (two poles) and below the rate of bumps; their difference is a band-pass.
+  // Low-pass filters one octave above (two poles) and one octave below the rate of asperities; their difference is a
+  // band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);
@@ -111,7 +114,7 @@ Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(m
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
   slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)
-  float energy = 0;                                            // of the impulse response: the gain for white noise
+  float energy = 0;  // energy of the impulse response, which is the gain for white noise
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);
     energy += v * v;
@@ -141,7 +144,8 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // Normalise to a standard deviation of 1: the energy of the filter's impulse response is its gain for white noise.
+  // The output is normalised to a standard deviation of 1: the energy of the filter's impulse response is its gain
+  // for white noise.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);

@@ -30,8 +30,8 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip that slides over asperities 20 µm apart: band-pass noise around the rate at which it meets them. The tissue
-/// damps high frequencies, the more the softer it is.
+/// A tip that slides over asperities at a distance of 20 µm: band-pass noise around the rate at which the tip meets
+/// them. Softer tissue damps high frequencies more.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);

@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kHighest = 0.45;  // of the sample rate; a line above is left out
+constexpr double kHighest = 0.45;  // ratio to the sample rate; a line with a higher frequency is omitted
 constexpr int kWarmUp = 4000;      // number of values after which a process that starts from zero is stationary
 }  // namespace
 
@@ -61,7 +61,7 @@ void RotorLines::add(const double* speeds, const float (*gains)[kMost], const bo
 
 void RotorLines::Oscillator::add(const double* speeds, const float* power, float* out, int count,
                                  double rate) noexcept {
-  // Every loop except that of the phase has independent iterations, so that the compiler uses vectors.
+  // Except for the loop over the phase, all loops have independent iterations, so that the compiler vectorises them.
   while (count > 0) {
     if (since == step) {
       since = 0;
@@ -71,7 +71,8 @@ void RotorLines::Oscillator::add(const double* speeds, const float* power, float
       wanders_next = frequency_noise.next();
     }
     const int n = std::min(count, step - since);
-    const auto per_hertz = static_cast<float>(0x1p32 / rate);  // phase that 1 Hz advances in a sample
+    // change of the phase per sample for a frequency of 1 Hz
+    const auto per_hertz = static_cast<float>(0x1p32 / rate);
     const auto highest = static_cast<float>(kHighest * rate);
     const auto hertz = static_cast<float>(frequency + wanders);
     const auto hertz_slope = static_cast<float>((wanders_next - wanders) / step);

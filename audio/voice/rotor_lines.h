@@ -21,23 +21,23 @@ class RunningNoise {
   GaussianNoise white_;
   double gain_;
   std::vector<double> a_;
-  std::vector<double> past_;  // ring buffer, stored twice in a row, so that a window of it is contiguous
+  std::vector<double> past_;  // ring buffer; every value is stored twice, so that a window of the buffer is contiguous
   std::size_t at_ = 0;
 };
 
-/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so no beat is heard while one fades
-/// into the other. Only construction allocates.
+/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition between them
+/// causes no beats. Only the constructor allocates.
 class RotorLines {
  public:
-  /// Gain of a line in each tissue's sound, relative to its own amplitude.
+  /// Gain of a line in each tissue's sound, as a ratio to the line's amplitude.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples, at most kMost, to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain
-  /// of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
+  /// Adds the next samples, at most kMost, to `out`. `speeds`: ratio of the spindle's speed to the recorded speed.
+  /// gains[t][i]: gain of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
   static constexpr int kMost = 64;
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
@@ -48,9 +48,9 @@ class RotorLines {
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
     int step;                              // device samples between two values of the line noises
-    int since = 0;                         // samples since the last values
+    int since = 0;                         // number of samples since the last values
     std::uint32_t phase = 0;               // 2^-32 turns
-    double varies = 0, varies_next = 0;    // relative amplitude: the last value and the next one
+    double varies = 0, varies_next = 0;    // relative amplitude: the last value and the next value
     double wanders = 0, wanders_next = 0;  // Hz
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;
   };

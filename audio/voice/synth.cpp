@@ -24,28 +24,32 @@ namespace {
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
 constexpr double kFastestSpeed = 2;  // limit, as a ratio to the free speed
 constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
-// s from rest to free speed, measured in one recording; used if the spindle's speed jumps
+// s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
-constexpr double kRunDown = 1.25;  // s, time constant of running down, measured in the same recording
-constexpr double kJump = 0.5;      // ratio to free speed: a change between two ticks above it is a switch, not a load
-constexpr double kAtRest = 0.03;   // ratio to free speed below which the drill is silent
+constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured in the same recording
+// ratio to the free speed; a larger change between two ticks is caused by switching, not by load
+constexpr double kJump = 0.5;
+constexpr double kAtRest = 0.03;         // ratio to free speed below which the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
+// N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
+constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
-constexpr float kScrapeRings = 0.06f;  // strength with which a scrape excites the modes of the tissue
-// Standard deviation: 4 dB below the idling turbine. In a clinic, suction alone gave 63 to 75 dB(A), suction with a
-// handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
+constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
+// Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
+// dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-constexpr float kWaterRate = 0.02f;  // water and suction start and stop so much more slowly than other sounds
-// A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
-// Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
+// ratio by which the levels of water and suction change more slowly than other levels
+constexpr float kWaterRate = 0.02f;
+// A working sound in bursts, one per tooth; each burst decays until the next burst. Its mean power equals the mean
+// power of the steady sound. Limits of the tooth frequency in Hz: up to kApart, all teeth are heard separately; from
+// kFused on, no tooth is.
 constexpr double kApart = 60, kFused = 200;
-constexpr double kDying = 6;  // e-folds of decay from tooth to tooth
+constexpr double kDying = 6;  // number of time constants of decay between two teeth
 constexpr int kChunk = 64;
 
-/// Sets denormal numbers to zero during its lifetime. So a decaying filter costs no more than a loud one, and the bits
-/// do not depend on the calling thread's mode.
+/// Sets denormal numbers to zero during its lifetime. So a decaying filter takes no more time than a loud filter, and
+/// the bits do not depend on the calling thread's floating-point mode.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -191,10 +195,10 @@ struct DrillSynth::Impl {
     const bool contact = area > 0 || removal > 0 || force > 0.02;
     const bool by_hand = !state.cutting_tool || ratio == 0;
     const bool named = state.tissue != Tissue::kAir && static_cast<std::size_t>(state.tissue) < kTissueCount;
-    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue sounds like dentin
+    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue has the sound of dentin
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Drill: cross-fade from the idle to the tissue's working sound at equal power.
+    // Drill: cross-fade from the idle sound to the tissue's working sound at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     for (std::size_t t = 1; t < weights.size(); ++t) {
@@ -203,7 +207,7 @@ struct DrillSynth::Impl {
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
     bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;
 
-    // Hand instrument: a tap when the force rises, scraping when it slides.
+    // Hand instrument: a tap when the force rises, scraping when the instrument slides.
     if (by_hand && contact) {
       const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
       const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
@@ -237,7 +241,7 @@ struct DrillSynth::Impl {
     float working[kChunk] = {};
     std::fill(out, out + count, 0.0f);
 
-    // Speed of the spindle, and whether it is audible.
+    // Computes the speed of the spindle, and whether the drill is audible.
     bool turning = false;
     for (int i = 0; i < count; ++i) {
       if (gliding) {
@@ -261,8 +265,8 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // A level at rest equals its target. This is decided for each sample, so the result does not depend on the chunks,
-    // which follow the caller's buffers.
+    // A level whose change has ended equals its target. This is decided for each sample, so that the result does not
+    // depend on the chunks, whose lengths follow from the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -274,7 +278,8 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));  // speed^3.75: measured on a run-down, see the README
+        // speed^3.75, measured in a recorded run-down, see the README
+        rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
@@ -286,7 +291,8 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      if (!lines.empty()) lines.add(speeds, gains, active, working, count);  // the motor's: no tooth interrupts them
+      // the lines belong to the motor, so teeth do not interrupt them
+      if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
@@ -341,7 +347,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // Take the states whose nearest sample is this one or an earlier one.
+      // Processes the states whose nearest sample is this sample or an earlier sample.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;
@@ -374,15 +380,15 @@ struct DrillSynth::Impl {
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // 0 … 1 from tooth to tooth
+  double tooth_phase = 0;  // fraction 0..1 of the interval from tooth to tooth
   InterpolationKernels kernels;
-  std::vector<ModelStream> streams;  // idle, then working by tissue
+  std::vector<ModelStream> streams;  // the idle sound, then the working sound of each tissue
   RotorLines lines;
   ModalBank modal;
   Scrape scrape;
   Suction suction;
   Spray spray;
-  const float spray_gain;  // standard deviation of the sound at full flow
+  const float spray_gain;  // standard deviation of the spray's sound at full flow
   const float attack, bright_pole;
   const double run_up, run_down;
 

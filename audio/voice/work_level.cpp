@@ -13,9 +13,9 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr std::size_t kPoints = 8193;  // 2^13 + 1 frequencies from 0 to half the rate
+constexpr std::size_t kPoints = 8193;  // number of frequencies from 0 to half the rate: 2^13 + 1
 constexpr double kRate = 48000;        // Hz, device rate for which the low-pass of the brightness is evaluated
-constexpr double kMostBright = 30;     // largest gain of the high frequencies
+constexpr double kMostBright = 30;     // upper limit of the gain of the high frequencies
 
 /// Power of a sound in full scale², in total and above kBrightFrom.
 struct Power {
@@ -26,14 +26,15 @@ struct Power {
   }
 };
 
-/// |1 + gain (1 - low)|² at a frequency: the synthesizer adds the signal without its low frequencies.
+/// |1 + gain (1 - low)|² at a frequency: the synthesizer adds the signal without its low frequencies, multiplied by
+/// the gain.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// Adds a model that is played at `speed` with a gain on its power.
+/// Adds the power of a model that is played at `speed`; `gain` is a factor of its power.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -71,8 +72,8 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // For each gain of the high frequencies, the gain of the working sound follows from the whole level. More of the
-  // first then always means a higher level above kBrightFrom, so bisection finds it.
+  // For each gain of the high frequencies, the level of the whole sound determines the gain of the working sound.
+  // Then a larger gain of the high frequencies always gives a higher level above kBrightFrom, so bisection finds it.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

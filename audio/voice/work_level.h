@@ -6,8 +6,8 @@
 namespace typodont::audio {
 
 /// Sets models.working_gain and models.brightness so that the voice has the levels of `measured` at its contact: the
-/// change of the whole level and of the level above kBrightFrom, from idling at free speed to the work. False if no
-/// gains give these levels.
+/// changes of the whole level and of the level above kBrightFrom, from idling at free speed to work. Returns false if
+/// no gains give these levels.
 bool calibrate(SoundModels& models, const WorkLevel& measured);
 
 }  // namespace typodont::audio

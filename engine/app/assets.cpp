@@ -53,7 +53,8 @@ fs::path assets_folder() {
 
 namespace {
 
-/// `file` itself if it exists, else the file of this name in assets/KIND/. Throws Error; `noun`: "rig", "scene".
+/// `file` itself if it exists, otherwise the file of this name in assets/KIND/. Throws Error; `noun` names the kind
+/// in the message: "rig", "scene".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;
@@ -63,7 +64,8 @@ fs::path file_or_shipped(const std::string& file, std::string_view kind, std::st
   throw Error(file, "", "no such file", fmt::format("a {} file, or {}", noun, names_in(folder)));
 }
 
-/// Throws Error for input of another kind than a scene and names the command that opens it.
+/// Throws Error if the file is not a scene but an input of another kind. The message names the command that opens the
+/// file.
 void refuse_other_input(const fs::path& file) {
   std::error_code code;
   std::string ending = file.extension().string();

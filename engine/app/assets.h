@@ -32,7 +32,7 @@ std::filesystem::path user_folder();
 /// Path of a rig: `rig` is a file or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
 /// Path of a scene: `scene` is a file or the name of a scene in assets/scenes/, for example "molar-caries". Throws
-/// Error; for a folder, a scan, a mesh, a volume or a session the message names the command that opens it.
+/// Error; if `scene` is a folder, a scan, a mesh, a volume or a session, the message names the command that opens it.
 std::filesystem::path find_scene(const std::string& scene);
 /// Path of assets/KIND/NAME.json; a kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);

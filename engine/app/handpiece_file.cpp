@@ -11,11 +11,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece holds: large cutters
+constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece can hold
 // Limits of a file, so that its triangles are bounded (engine/render/handpiece_mesh.h).
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
-constexpr double kFarthest = 300;  // mm
+constexpr double kFarthest = 300;  // mm, limit of all lengths and coordinates
 
 HandpiecePart read_part(const Json& json) {
   json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",
@@ -61,7 +61,8 @@ HandpiecePart read_part(const Json& json) {
   return part;
 }
 
-/// The shank's type in an ISO 6360 code, its second group ("500 314 001001 012": 314); 0 if there is none.
+/// The type of the shank, which is the second group of an ISO 6360 code ("500 314 001001 012": 314); 0 if the code
+/// has no such group.
 int shank_type(const std::string& iso_code) {
   const std::size_t space = iso_code.find(' ');
   return space == std::string::npos ? 0 : std::atoi(iso_code.c_str() + space);

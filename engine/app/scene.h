@@ -47,7 +47,7 @@ struct Scene {
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
   SuctionTip suction_tip;                        // the tip at its initial pose; opening 0: nothing is drawn
-  std::optional<Nozzles> spray;                  // the handpiece's water; empty: no water and no film
+  std::optional<Nozzles> spray;                  // the handpiece's water; empty: the scene has no water and no film
   bool spray_on = false;                         // initial state of the spray
   bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
 

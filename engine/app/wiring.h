@@ -117,8 +117,8 @@ struct Wiring {
   // SERVO → RENDER
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // SERVO → RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is rigid
-  // or no window draws it
+  // SERVO → RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is
+  // rigid or if no window draws the gum
   std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
   std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
   // UI → CARVER → UI

@@ -24,7 +24,8 @@ struct WorkCounts {
   std::uint64_t desktop_requests = 0;  // requests to the desktop
   std::uint64_t samples = 0;           // samples of sound
   std::uint64_t particles_stepped = 0;
-  // The spray and the film of water and slurry on the tissue; film_texels: written for the picture.
+  // Work for the spray and for the film of water and slurry on the tissue. film_texels: number of texels written for
+  // the picture.
   std::uint64_t droplets_stepped = 0, film_cells_stepped = 0, film_texels = 0;
   // Counts of the process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;

@@ -22,9 +22,9 @@ constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s, drag r
 constexpr std::uint32_t kRestSteps = 1024;  // steps after which a particle at rest checks whether its tissue is gone
 constexpr std::uint32_t kMostSteps = 1024;  // steps, longest time between two full updates of a moving particle
 constexpr std::size_t kGroup = 32;          // number of particles that share one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;         // m/s, speed limit; a slower particle comes to rest
+constexpr double kRestSpeed = 0.05;         // m/s; a slower particle comes to rest
 constexpr double kDragError = 0.1;          // relative error of the drag rate above which the rate is recomputed
-constexpr double kStokesReynolds = 0.02;    // Reynolds number; below it Stokes drag is correct to 1 %
+constexpr double kStokesReynolds = 0.02;    // Reynolds number below which Stokes drag has an error of at most 1 %
 
 }  // namespace
 
@@ -83,7 +83,7 @@ struct Debris::State {
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
-  // Removes a particle whose remaining mass went elsewhere; returns that mass.
+  // Removes a particle whose remaining mass has left the particles. Returns this mass.
   double take_out(std::size_t s) {
     const double mass = left(s);
     decayed += chips[s].mass0 - mass;
@@ -149,9 +149,10 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   set_rate(s, static_cast<float>(stokes * factor));
 
   // Lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate. The
-  // particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to the
-  // sink has halved, the mean speed of the air is less than twice its present speed. If velocity and gravity point away
-  // from an obstacle, only the air can move the particle towards it, because drag does not reverse a velocity.
+  // particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to
+  // the sink has halved, the mean speed of the air is less than twice the air's present speed. If velocity and
+  // gravity point away from an obstacle, only the air can move the particle towards the obstacle, because drag does
+  // not reverse a velocity.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
@@ -205,7 +206,8 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
                              PerTissue& born, double& dropped) noexcept {
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // The chips leave at the cutting side of the head. Without a contact normal, they leave all around the axis.
+  // The chips leave at the cutting side of the head. If there is no contact normal, they leave in all directions
+  // around the axis.
   const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -274,14 +276,14 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
   if (s.count == 0) return;
   ++s.step;
 
-  // Remove the particles that reached the end of their lifetime.
+  // Removes the particles that reached the end of their lifetime.
   while (s.count > 0 && s.time - s.chips[s.first].born_at >= s.options.lifetime) {
     s.decayed += s.chips[s.first].mass0;
     s.due[s.first] = kNever;
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the due steps are invalid: update all particles.
+  // If the nozzle was switched on or moved, the due steps are invalid and all particles get a full update.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

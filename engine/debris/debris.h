@@ -39,7 +39,7 @@ struct Suction {
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³ of tissue per particle, as long as the buffer has free entries
+  double parcel_volume = 1e-12;  // m³ of tissue per particle, while the buffer has free entries
   int most_per_cut = 32;
   double least_chip = 5e-6, greatest_chip = 50e-6;  // m, limits of the chip diameters; uniform in the logarithm
   double decay_time = 2.0;  // s, time in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
@@ -59,15 +59,15 @@ struct DebrisLedger {
   double decayed = 0;
   double sucked = 0;
   double dropped = 0;    // mass that was lost because the buffer was full
-  double deposited = 0;  // mass that became part of the film on the surface
+  double deposited = 0;  // kg, mass that became part of the film on the surface
 };
 
-/// Water and solids together, kg.
+/// Masses of water and of solids, kg.
 struct Load {
   double water = 0;
   PerTissue solids{};
 };
-/// Adds the fraction `share` of a load.
+/// Adds the fraction `share` of `load` to `to`.
 inline void add(Load& to, const Load& load, double share = 1) noexcept {
   to.water += share * load.water;
   for (std::size_t t = 0; t < kTissueCount; ++t) to.solids[t] += share * load.solids[t];
@@ -85,8 +85,8 @@ struct NewParticle {
 };
 
 /// Creates the particles of one cut. Their mass is density × removed volume for each tissue. At most `room` particles
-/// are created; the mass of the missing ones is added to `dropped`. Fills `out`, which must have kTissueCount ·
-/// most_per_cut entries, and returns the number of filled entries. Used by the CPU and the GPU version.
+/// are created; the mass of the other particles is added to `dropped`. Fills `out`, which must have kTissueCount ·
+/// most_per_cut entries, and returns the number of filled entries. Used by the CPU version and the GPU version.
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
                              PerTissue& born, double& dropped) noexcept;
@@ -97,7 +97,7 @@ struct DebrisPoint {
   float diameter = 0;            // m, diameter of a ball with the remaining mass
   Tissue tissue = Tissue::kAir;  // kAir: water
   float chip = 0;                // m, diameter of one chip; the finest chips are drawn as mist
-  glm::vec3 streak_W{0};         // m, the way that a droplet is seen to fly; it ends at p_W
+  glm::vec3 streak_W{0};         // m, the path on which a droplet is visible during the exposure; it ends at p_W
 };
 
 class Debris {
@@ -110,7 +110,7 @@ class Debris {
   /// Creates the particles of one cut: their mass is density × removed volume for each tissue. `head_radius` in m.
   void emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept;
   /// Advances by dt seconds. `suction` is nullptr if suction is off. With a film, chips that touch a wet surface or
-  /// come to rest become part of it; without one they bounce and lie as particles.
+  /// come to rest become part of the film; without a film they bounce and come to rest as particles.
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;
 
   std::size_t alive() const noexcept;

@@ -11,7 +11,7 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMostNeighbours = 16;   // a cell of a smooth surface has eight
+constexpr int kMostNeighbours = 16;   // limit of a cell's neighbours; a cell of a smooth surface has eight
 constexpr float kStableShare = 0.4f;  // fraction of a cell's content that may leave it in one substep
 constexpr double kDryMass = 1e-16;    // kg; a cell with less water is dry
 
@@ -26,9 +26,9 @@ Load scaled(const Load& load, double share) {
 struct Film::State {
   struct Cell {
     glm::ivec3 sample;
-    glm::vec3 p, n;    // m, point of the surface; unit normal
+    glm::vec3 p, n;    // m, point on the surface; unit normal
     float area = 0;    // m²
-    float height = 0;  // m, of the point along `up`
+    float height = 0;  // m, height of the point along `up`
     float tilt = 0;    // cosine between normal and `up`
     bool drains = false;
     std::uint8_t count = 0;
@@ -41,17 +41,17 @@ struct Film::State {
   std::vector<std::int32_t> slot_at;  // slot of each sample's cell; -1: none
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
-  std::vector<float> level;    // m, free surface of each cell along `up`
-  std::vector<float> flux;     // m³/s, to each neighbour of a loaded cell
-  std::vector<float> content;  // m³, of each cell
+  std::vector<float> level;    // m, height of each cell's free surface along `up`
+  std::vector<float> flux;     // m³/s, flow to each neighbour of a loaded cell
+  std::vector<float> content;  // m³, content of each cell
   std::vector<float> rate;     // 1/s, fastest relative change of each loaded cell
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells with a load
   std::vector<std::uint8_t> is_loaded, is_changed;
-  std::vector<std::size_t> present;      // the tissues whose solids were ever deposited
-  std::vector<std::uint8_t> has_solids;  // 0: the cell contains water only, which is moved faster
+  std::vector<std::size_t> present;      // tissues whose solids were deposited at least once
+  std::vector<std::uint8_t> has_solids;  // 0: the cell contains only water, for which the flow is computed faster
   std::vector<glm::ivec3> changed;
-  bool wet = false;  // a cell has water
+  bool wet = false;  // true if a cell contains water
   std::uint64_t stepped = 0;
   FilmLedger ledger;
 
@@ -116,8 +116,8 @@ struct Film::State {
   void drop_empty();
 };
 
-/// The cell of a sample if the surface passes through it. A plane has one cell for each column of samples along the
-/// axis that is nearest to its normal, so the areas of the cells add up to the area of the plane.
+/// Makes the cell of a sample if the surface passes through the sample. A plane has one cell for each column of
+/// samples along the axis that is nearest to its normal, so the areas of the cells add up to the area of the plane.
 std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const {
   const double d = field.distance[index(s)], h = field.spacing;
   if (std::abs(d) > 0.5 * h) return std::nullopt;
@@ -144,10 +144,10 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Finds the neighbours of a cell, and the widths of its links. With link k along d_k in the tangent plane and the
-/// ratio c_k of its width to its length, Σ c_k d_k d_kᵀ = 2 · area · 1 makes the flow on a plane independent of its
-/// direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean and the symmetric matrix S solves this
-/// equation.
+/// Finds the neighbours of a cell, and the widths of its links. Link k has the vector d_k in the tangent plane, and
+/// c_k is the ratio of its width to its length. The condition Σ c_k d_k d_kᵀ = 2 · area · 1 makes the flow on a plane
+/// independent of the plane's direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean and the
+/// symmetric matrix S is the solution of this equation.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;
@@ -163,7 +163,7 @@ void Film::State::link(std::int32_t i) {
         const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
         if (j < 0 || cell.count == kMostNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
-        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // the other side of a thin wall
+        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // the other cell is on the other side of a thin wall
         const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
         const double x = glm::dot(way, e), y = glm::dot(way, f);
         products[cell.count] = {x * x, x * y, y * y};
@@ -186,16 +186,18 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // A link never pumps uphill, and none carries much more than its neighbours.
+    // The limits ensure that no link transports water uphill, and that none transports much more than the other
+    // links.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
 }
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
-  // The gradient reads one sample beyond; a cell's neighbours lie one sample beyond that.
+  // The gradient of a sample uses its neighbouring samples, and a cell's links use the neighbouring cells, so the
+  // region is enlarged.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
-  std::vector<std::pair<glm::dvec3, Load>> homeless;  // load of the cells that vanished
+  std::vector<std::pair<glm::dvec3, Load>> homeless;  // load of the cells that disappeared
   glm::ivec3 s;
   for (s.x = first.x; s.x <= last.x; ++s.x)
     for (s.y = first.y; s.y <= last.y; ++s.y)
@@ -227,7 +229,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // the slot may get another sample before the change is read
+          is_changed[i] = 0;  // false, because the slot may get another sample before the change is read
           free_slots.push_back(at);
           at = -1;
         }
@@ -262,7 +264,7 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 void Film::State::flow(double dt) {
   const double least = dt / options.most_substeps, per_kg = 1 / options.water_density;
   for (double left = dt; left > 0;) {
-    // Rates of flow to the neighbours, from the present levels.
+    // Computes the rates of flow to the neighbours from the present levels.
     float fastest = 0;
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
@@ -279,7 +281,7 @@ void Film::State::flow(double dt) {
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
       if (!(thick > 0) || fraction >= options.most_solids) continue;
-      // Krieger & Dougherty 1959, with the intrinsic viscosity 2.5 of spheres.
+      // Viscosity of the slurry by Krieger & Dougherty 1959, with the intrinsic viscosity 2.5 of spheres.
       const double viscosity =
           options.water_viscosity *
           (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
@@ -307,7 +309,7 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // Where the shortest substep is too long, the cell's flow is slowed so that it stays stable.
+      // If the shortest substep is too long for a cell, the cell's flow is reduced so that it remains stable.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
@@ -341,7 +343,7 @@ void Film::State::flow(double dt) {
   }
 }
 
-/// Evaporation, and drops that fall from overhangs.
+/// Removes the water that evaporates, and the drops that fall from overhangs.
 void Film::State::lose(double dt) {
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);

@@ -13,19 +13,20 @@
 namespace typodont::debris {
 namespace {
 
-constexpr double kMargin = 4e-3;   // m beyond the field's box; a droplet there has flown past the tissue
-constexpr double kTouch = 0.1e-3;  // m beyond the head; the film there is flung off
-constexpr double kSlowRim = 0.05;  // m/s; a slower bur flings nothing
+// m, distance beyond the field's box from which a droplet counts as flown past the tissue
+constexpr double kMargin = 4e-3;
+constexpr double kTouch = 0.1e-3;  // m, distance from the head within which the film is flung off
+constexpr double kSlowRim = 0.05;  // m/s, rim speed below which a bur flings nothing off
 
 struct Droplet {
   dvec3 p, v;  // m, m/s
   double diameter = 0;
   double age = 0;  // s
   Load load;
-  bool flung = false;  // the bur has thrown it; it is not thrown again
+  bool flung = false;  // true if the bur has thrown the droplet, which it does only once
 };
 
-/// A unit vector across `axis`.
+/// A unit vector perpendicular to `axis`.
 dvec3 across(const dvec3& axis) {
   return glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.8 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
@@ -36,8 +37,9 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  double owed = 0;        // parcels that the steps so far should have sprayed, less those that they did
-  double owed_water = 0;  // kg
+  // number of parcels that the steps so far should have sprayed, less the number that they have sprayed
+  double owed = 0;
+  double owed_water = 0;  // kg, the same difference for the mass of water
   std::uint64_t number = 0, stepped = 0;
   SprayLedger ledger;
 
@@ -72,20 +74,20 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
     const dvec3 at_T(nozzles.ring_radius * std::cos(turn), nozzles.ring_radius * std::sin(turn),
                      nozzles.setback - source.head_half);
     const dvec3 aim = glm::normalize(tip_T - at_T);
-    // The components of a point in a ball have the standard deviation 1/√5.
+    // The components of a random point in the unit ball have the standard deviation 1/√5.
     const dvec3 direction = glm::normalize(aim + std::sqrt(5.0) * nozzles.cone * random.in_ball());
     const double diameter = nozzles.least_drop * std::pow(nozzles.greatest_drop / nozzles.least_drop, random.uniform());
     Droplet drop{.p = source.X_WT * at_T,
                  .v = source.X_WT.rotate(nozzles.speed * direction),
                  .diameter = diameter,
-                 .age = -dt * random.uniform(),  // it leaves the nozzle after this time
+                 .age = -dt * random.uniform(),  // the droplet leaves the nozzle after this time
                  .load = {}};
     drop.load.water = each;
     launch(drop);
   }
 }
 
-/// The turning bur throws the film that it touches off as slurry.
+/// The turning bur throws off, as slurry, the film that it touches.
 void Spray::State::fling(double dt, const SpraySource& source, Film& film, RandomStream& random) {
   const double rim = std::abs(source.spindle) * source.head_radius;
   if (rim < kSlowRim || film.loaded() == 0) return;
@@ -109,7 +111,7 @@ void Spray::State::fling(double dt, const SpraySource& source, Film& film, Rando
   }
 }
 
-/// A droplet meets the surface: a slow one stays, a fast one loses a part as mist.
+/// A droplet lands on the surface: a slow droplet stays, a fast droplet loses a part of its water as mist.
 void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film) {
   const double speed = std::abs(glm::dot(drop.v, n)) * drop.diameter * options.water_density;
   const double weber = speed * std::abs(glm::dot(drop.v, n)) / options.surface_tension,
@@ -122,7 +124,7 @@ void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Fil
   film.deposit(p, stays);
 }
 
-/// Moves a droplet to the end of the step; false if it has ended.
+/// Moves a droplet to the end of the step. Returns false if the droplet has ended.
 bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field, Film& film,
                        const Suction* suction, RandomStream& random) {
   double left = drop.age < 0 ? dt + drop.age : dt;
@@ -143,7 +145,8 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
       add(ledger.sucked, drop.load);
       return false;
     }
-    // Walk along the way by the distance to the tissue until the surface or the bur is met.
+    // The droplet moves along its path in steps as long as the distance to the tissue, until it reaches the surface
+    // or the bur.
     double at = 0;
     bool flung_now = false;
     for (int k = 0; k < 64 && at < length; ++k) {
@@ -178,7 +181,7 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
     if (flung_now) continue;
     drop.p = from + way;
     const bool outside = glm::any(glm::lessThan(drop.p, low)) || glm::any(glm::greaterThan(drop.p, high));
-    // A nozzle may lie beyond the box; a droplet that flies away from it does not come back.
+    // A nozzle may lie beyond the box. A droplet that flies away from the box does not come back.
     const dvec3 middle = 0.5 * (low + high);
     if (drop.age > options.lifetime || (outside && glm::dot(drop.p - middle, drop.v) > 0)) {
       add(ledger.left, drop.load);

@@ -20,42 +20,43 @@
 
 namespace typodont::debris {
 
-/// Where the nozzles and the bur are during a step.
+/// Poses of the nozzles and of the bur during a step.
 struct SpraySource {
   Pose X_WT;               // the tool: origin in the head's centre, z along the shank
   double head_radius = 0;  // m
-  double head_half = 0;    // m, from the head's centre to its free end
-  double spindle = 0;      // rad/s, signed about the tool's z
+  double head_half = 0;    // m, distance from the head's centre to its free end
+  double spindle = 0;      // rad/s, speed about the tool's z, with sign
   double water = 0;        // 0 … 1, fraction of the nozzles' flow
 };
 
 struct SprayOptions {
   std::size_t capacity = 4096;
   std::uint64_t seed = 1;
-  double parcels_per_second = 12'000;  // droplets that are simulated; each carries the water of several
-  double longest_step = 2e-3;          // s, longest straight part of a droplet's flight
-  double lifetime = 0.5;               // s, age at which a droplet has left the scene
+  // number of simulated droplets per second; each contains the water of several droplets
+  double parcels_per_second = 12'000;
+  double longest_step = 2e-3;  // s, longest straight part of a droplet's flight
+  double lifetime = 0.5;       // s, age at which a droplet has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
   double scatter = 0.25;  // standard deviation of the velocity of a flung droplet divided by the rim speed
   // A droplet splashes if We^½ Re^¼ exceeds this number (Mundo, Sommerfeld & Tropea 1995). The fraction `splashed` of
-  // it then leaves as fine mist.
+  // the droplet then leaves as fine mist.
   double splash_number = 57.7;
   double splashed = 0.5;
   double fling_rate = 5;     // 1/s, rate at which a bur at `fling_speed` throws off the film that it touches
   double fling_speed = 20;   // m/s, rim speed
-  int most_flung = 24;       // droplets of slurry per step
+  int most_flung = 24;       // limit of the droplets of slurry per step
   double exposure = 2.5e-4;  // s, time over which a flying droplet is seen as a streak
 };
 
-/// Where the droplets' mass went, kg: sprayed + flung = in_air + deposited + sucked + left + dropped, for water and for
-/// every tissue.
+/// Balance of the droplets' mass in kg: sprayed + flung = in_air + deposited + sucked + left + dropped, for water and
+/// for every tissue.
 struct SprayLedger {
   Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
-  Load left;     // flew past the tissue, or left as mist
-  Load dropped;  // the buffer was full
+  Load left;     // kg that flew past the tissue or left as mist
+  Load dropped;  // kg that was lost because the buffer was full
 };
 
 class Spray {
@@ -65,12 +66,12 @@ class Spray {
   Spray(Spray&&) noexcept;
   Spray& operator=(Spray&&) noexcept;
 
-  /// Advances by dt seconds. `source`: null if there is no bur.
+  /// Advances by dt seconds. `source`: null without a bur.
   void step(double dt, const SpraySource* source, const CoarseField& field, Film& film,
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  std::uint64_t droplets_stepped() const;  // sum over all steps of the droplets that were moved
+  std::uint64_t droplets_stepped() const;  // number of droplets that were moved, summed over all steps
   SprayLedger ledger() const;
   /// Writes the droplets in the air into `points` and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;

@@ -17,10 +17,11 @@ struct BenchSpec {
   double panel_width = 0, panel_height = 0;  // m, size of the panel's lit area
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
-  double eye_distance = 0.5;    // m, distance from the midpoint between the eyes to the work
-  double ipd = 0.063;           // m
-  double gaze = 0;              // rad, angle of the line of sight below the horizontal
-  double mirror_tilt = 0;       // rad, angle to the horizontal; positive: the glass rises away from the user
+  double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the work
+  double ipd = 0.063;         // m
+  double gaze = 0;            // rad, angle of the line of sight below the horizontal
+  // rad, angle to the horizontal; positive if the far edge of the glass is higher than the near edge
+  double mirror_tilt = 0;
   double picture_tilt = 0;      // rad, angle to the horizontal; 90° is upright
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace

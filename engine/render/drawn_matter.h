@@ -1,5 +1,5 @@
-// Materials of bodies that are only drawn. They continue the numbers of contract/tissue.h, but they are no tissue: they
-// occur in render::Vertex only, never in a field, a file or a force.
+// Materials of bodies that are only drawn. Their numbers continue the numbers of contract/tissue.h, but they are not
+// tissues: they occur only in render::Vertex, never in a field, a file or a force.
 #pragma once
 
 #include "engine/contract/tissue.h"
@@ -8,6 +8,7 @@ namespace typodont::render {
 
 inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{kTissueCount + 2},
     kRubber{kTissueCount + 3}, kAcrylic{kTissueCount + 4}, kPlastic{kTissueCount + 5};
-inline constexpr int kMatterCount = kTissueCount + 6;  // also the length of the arrays in shared.h
+// number of tissues and materials; also the length of the arrays in shared.h
+inline constexpr int kMatterCount = kTissueCount + 6;
 
 }  // namespace typodont::render

@@ -16,24 +16,25 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-constexpr double kLongStep = 2;              // distance between rings of a smooth path over the length of a side
-constexpr double kSharp = 35 * kDegree;      // rad, a larger angle between two pieces of the outline is an edge
+constexpr double kLongStep = 2;  // distance between rings of a smooth path over the length of a side
+// rad, angle between two pieces of the outline above which they meet in a sharp edge
+constexpr double kSharp = 35 * kDegree;
 constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB
 
-/// A circle with its position along the path.
+/// A circle of a part, and its position along the part's path.
 struct Ring {
   double x, z, radius;
   double s;  // m
 };
 
-/// Catmull-Rom curve through four values at t = 0..1 between b and c.
+/// Value at t of the Catmull-Rom curve through four values; t is 0 at b and 1 at c.
 double through(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/// The part's rings with positions along the path, and with additional rings: on smooth curves, and at the ends of
-/// bands and of the knurl.
+/// The part's rings with their positions along the path. Rings are added on smooth curves, and at the ends of bands
+/// and of the knurl.
 std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   std::vector<Ring> fine;
   const auto& given = part.rings;
@@ -83,7 +84,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Unit direction of the path at a ring. A part about the tool's axis may have rings in any order of z.
+  // Unit direction of the path at a ring. A part around the tool's axis may have its rings in any order of z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -91,7 +92,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     while (hi + 1 < n && rings[hi].s - rings[i].s < 1e-9) ++hi;
     return glm::normalize(dvec2(rings[hi].x - rings[lo].x, rings[hi].z - rings[lo].z));
   };
-  // Unit normal of the outline between ring i and the next one: x: away from the path, y: along it.
+  // Unit normal of the outline between ring i and the next ring. x: away from the path; y: along the path.
   const auto slope = [&](std::size_t i) {
     const Ring &a = rings[i], &b = rings[i + 1];
     const double along = off_axis == 0 ? b.z - a.z : b.s - a.s, out = b.radius - a.radius;
@@ -106,7 +107,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // The first and the last corner of a ring have the same place, but not the same position around the part.
+    // The first and the last corner of a ring have the same position in space, but different positions around the
+    // part.
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;
@@ -124,7 +126,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     return static_cast<std::uint32_t>(mesh.vertices.size()) - static_cast<std::uint32_t>(around) - 1;
   };
   const auto corner = [&](std::uint32_t ring, int k) { return ring + static_cast<std::uint32_t>(k); };
-  // A ring between two pieces that meet in an edge is stored twice, with the normal of each piece.
+  // A ring between two pieces that meet in an edge is stored twice, once with the normal of each piece.
   std::uint32_t from = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const dvec2 here = slope(i);
@@ -142,7 +144,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     }
     from = to;
   }
-  // Flat ends.
+  // Adds the flat ends.
   for (const bool last : {false, true}) {
     const std::size_t i = last ? n - 1 : 0;
     if (rings[i].radius <= 0) continue;
@@ -161,7 +163,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// The round cone between the first and the last of these rings, as wide as the widest ring on its half.
+/// The round cone between the first and the last of these rings; each of its ends is as wide as the widest ring in
+/// its half.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

@@ -13,12 +13,12 @@ namespace typodont::render {
 /// A vertex of a handpiece, frame H.
 struct HandpieceVertex {
   glm::vec3 p{0}, n{0, 0, 1};     // m
-  glm::vec3 middle{0};            // m, point on the part's path; thin parts are widened away from it
+  glm::vec3 middle{0};            // m, point on the part's path; thin parts are widened away from this point
   glm::vec3 around{1, 0, 0};      // unit, direction around the part: the direction of its brushed grooves
   glm::vec3 color{1};             // linear light
   glm::vec4 look{0.3f, 0, 1, 0};  // roughness, 1 if brushed, 1 if metal, glow
-  // m: position along the path and around the part; y is fitted so that a whole number of knurls goes around. z: depth
-  // of the knurl, 0..1
+  // x, y: m, position along the path and around the part; y is scaled so that a whole number of knurls fits around
+  // the part. z: depth of the knurl, 0..1
   glm::vec3 grip{0};
 };
 
@@ -31,13 +31,13 @@ struct RoundCone {
 struct HandpieceMesh {
   std::vector<HandpieceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  RoundCone head, body;  // the part about the tool's axis, and the rest
+  RoundCone head, body;  // `head`: the part around the tool's axis; `body`: all other parts
 };
 
-/// Pitch of a knurl, m. The fragment shader draws it as a bump of the normal.
+/// Pitch of a knurl, m. The fragment shader draws the knurl by changing the normal.
 inline constexpr double kKnurlPitch = 0.9e-3;
 
-/// Triangles of every handpiece stay below this number; a file with more is refused (Error).
+/// Upper limit of the number of a handpiece's triangles; a file with more triangles is refused (Error).
 inline constexpr std::size_t kMostHandpieceTriangles = 30'000;
 
 /// `side`: m, wanted length of the triangles' sides. Throws Error if the handpiece has too many triangles.

@@ -1,5 +1,5 @@
-// Particles that are stored on the GPU. Compute shaders move them in the frame that draws them, by the same physics as
-// engine/debris. Without particles it uses no memory, no pipeline and no time. Render thread.
+// Particles that are stored on the GPU. Compute shaders move them in the frame that draws them, by the same physics
+// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
 #pragma once
 
 #include <array>

@@ -18,8 +18,7 @@ struct Picture {
   }
 };
 
-/// Resizes a picture with bilinear filtering. The screen does the same with the smaller pictures of a lower quality
-/// level.
+/// Resizes a picture with bilinear filtering, as the screen resizes the smaller pictures of a lower quality level.
 Picture scaled_to(const Picture& picture, glm::ivec2 size);
 /// Writes an opaque PNG completely or not at all. Throws Error if the file cannot be written.
 void write_png(const std::filesystem::path& file, const Picture& picture);

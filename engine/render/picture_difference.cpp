@@ -41,7 +41,7 @@ dvec3 linear_at(const Picture& picture, int x, int y) {
   return {table[p[0]], table[p[1]], table[p[2]]};
 }
 
-/// A picture of one number per pixel.
+/// A picture with one number per pixel.
 struct Plane {
   glm::ivec2 size{0};
   std::vector<double> values;
@@ -53,7 +53,7 @@ struct Plane {
   double at(int x, int y) const { return const_cast<Plane*>(this)->at(x, y); }
 };
 
-/// A filter's weights on one axis, for offsets -r .. r.
+/// Weights of a filter along one axis, for offsets -r .. r.
 using Weights = std::vector<double>;
 
 Weights weights(int radius, const std::function<double(double)>& of) {
@@ -68,7 +68,7 @@ double sum(const Weights& w) {
   return s;
 }
 
-/// Convolution with the product of two filters; the picture continues at its edge with the edge's values.
+/// Convolution with the product of two filters. Beyond its edge, the picture has the values of the edge.
 Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) {
   const int r = static_cast<int>(along_x.size()) / 2;
   Plane half(in.size), out(in.size);
@@ -135,7 +135,7 @@ double hyab(const dvec3& a, const dvec3& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-/// Strength of edges (0) and points (1) of the achromatic channel.
+/// Strength of edges (index 0) and of points (index 1) in the achromatic channel.
 std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree) {
   constexpr double kWidth = 0.082;  // deg
   const double sigma = 0.5 * kWidth * pixels_per_degree;
@@ -144,7 +144,7 @@ std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree)
   Weights smooth = weights(radius, bell);
   const double whole = sum(smooth);
   for (double& w : smooth) w /= whole;
-  // Positive and negative weights each have the sum 1.
+  // The sum of the positive weights is 1, and so is the sum of the absolute values of the negative weights.
   const auto balanced = [](Weights w) {
     double up = 0, down = 0;
     for (const double v : w) (v > 0 ? up : down) += std::abs(v);
@@ -216,7 +216,7 @@ double mean_ciede2000(const Picture& a, const Picture& b) {
 double mean_flip(const Picture& a, const Picture& b, double pixels_per_degree) {
   assert(a.size == b.size);
   const std::array<std::array<Plane, 3>, 2> pictures{opponent(a), opponent(b)};
-  std::array<std::vector<dvec3>, 2> colors;  // as the eye resolves them
+  std::array<std::vector<dvec3>, 2> colors;  // colours after the filter that models the eye's resolution
   std::array<std::array<Plane, 2>, 2> marks{features(pictures[0][0], pixels_per_degree),
                                             features(pictures[1][0], pixels_per_degree)};
   for (std::size_t p = 0; p < 2; ++p) {

@@ -1,4 +1,4 @@
-// How different two pictures look. Any thread.
+// Measures of the visible difference between two pictures. Any thread.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -15,8 +15,9 @@ dvec3 lab_of_srgb(const dvec3& srgb);
 /// Mean CIEDE2000 of the pixels of two pictures of the same size. Symmetric.
 double mean_ciede2000(const Picture& a, const Picture& b);
 
-/// Mean LDR-FLIP (Andersson et al. 2020), 0 (equal) to 1. `pixels_per_degree`: of the viewer's field of view; 67 is
-/// the paper's screen, 0.7 m wide with 3840 pixels, seen from 0.7 m. The pictures have the same size. Symmetric.
+/// Mean LDR-FLIP (Andersson et al. 2020), 0 (equal) to 1. `pixels_per_degree`: resolution in the viewer's field of
+/// view; the default of 67 is that of the paper's screen, 0.7 m wide with 3840 pixels, seen from 0.7 m. The pictures
+/// must have the same size. Symmetric.
 double mean_flip(const Picture& a, const Picture& b, double pixels_per_degree = 67);
 
 }  // namespace typodont::render

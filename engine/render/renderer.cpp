@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kFullRedrawFraction =
-    0.8;  // limit: if a larger fraction of the picture must be redrawn, all of it is redrawn
+    0.8;  // limit of the redrawn fraction; if a larger fraction must be redrawn, the whole picture is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
@@ -58,7 +58,7 @@ struct Renderer::Impl {
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
-  // Data of the last frame. If the data of the new frame are equal, nothing moved.
+  // Data of the last frame. If the data of the new frame are equal to them, nothing moved.
   int last_views = 0;
   shared::FrameData last_data{};
   glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
@@ -191,7 +191,7 @@ struct Renderer::Impl {
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    // Without a mouth mirror the shadow map is bound instead; no shader reads this binding.
+    // Without a mouth mirror, the shadow map is bound to this binding instead; no shader then reads it.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
     inputs.fill(device, i, 4, beyond_film, film.view);
   }
@@ -276,7 +276,7 @@ struct Renderer::Impl {
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // too many particles to track one by one: assume that they cover the whole picture
+      // There are too many particles to track each of them, so they are assumed to cover the whole picture.
       if (frame.particles.size() > kMostTracked)
         particles_now[e].mark_all();
       else
@@ -290,8 +290,8 @@ struct Renderer::Impl {
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // Redraw everything in three cases: for a headset, because its eyes always move; for glass, because it must be
-    // drawn in order; for GPU particles, because their positions are unknown here.
+    // Everything is redrawn in three cases: for a headset, because its eyes always move; for glass, because glass
+    // must be drawn in order; for GPU particles, because the CPU does not know their positions.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -328,7 +328,7 @@ struct Renderer::Impl {
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
-      // the mirror's glass can show any change
+      // the reflection in the mirror's glass may contain any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -396,7 +396,7 @@ struct Renderer::Impl {
 
   /// Call before the tissue is drawn: the handpiece hides much of it, and hidden tissue is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // Radius of the opening around the working point: the head and a margin in which the cut is seen.
+    // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
     constexpr double kSeenBeside = 2.2e-3;  // m
     if (!state.visible || !handpiece_body.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
@@ -409,11 +409,11 @@ struct Renderer::Impl {
     const auto views = static_cast<std::size_t>(frame.views);
 
     prepare_tip(frame.suction);
-    // Find the parts of the pictures that changed.
+    // Finds the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
-    if (changed == Changed::kNothing) {  // all changes are out of sight
+    if (changed == Changed::kNothing) {  // no change is visible
       undrawn_shadow.take(changed_shadow_box(data));
       bricks.changed.clear();
       last_version = bricks.version;
@@ -429,7 +429,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If one of their tiles is redrawn, redraw all of them.
+        // Particles are blended over the restored scene. If one of their tiles is redrawn, all of them are redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
@@ -458,7 +458,7 @@ struct Renderer::Impl {
     write_set(own);
     timer.begin(commands, slot);
 
-    // Redraw the shadow map only if a body or the lamp changed, and only the affected part.
+    // The shadow map is redrawn only if a body or the lamp changed, and only in the affected part.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {

@@ -1,7 +1,7 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns it. It
-// draws two eyes in one pass (multiview) into a picture with two layers; a display composes and shows this picture
-// (engine/display). Objects that a frame does not contain have no pipeline and load no shader. A frame equal to the
-// previous one is not drawn again. FrameStats counts the work.
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns the
+// renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
+// and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
+// A frame equal to the previous frame is not drawn again. FrameStats counts the work.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ struct MeshUpdate {
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
 };
 
-/// A body made of bricks: the working tooth, gingiva, a neighbour.
+/// Number of a body made of bricks: the working tooth, gingiva, a neighbour.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
@@ -58,8 +58,8 @@ enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
   kXray,     // the working tooth as glass with the tissues inside it; no other body
-  // the working tooth compared with an ideal (Vertex::difference): blue must still be removed, red was removed by
-  // mistake
+  // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
+  // surface is red, too much was removed
   kDifference,
 };
 
@@ -74,17 +74,17 @@ struct Particle {
   glm::vec3 p{0};        // m, W
   float radius = 2e-5f;  // m
   glm::vec3 color{1};    // sRGB
-  float opacity = 1;     // 1: a chip; less: mist
-  glm::vec3 streak{0};   // m, W: the way that a droplet flew while it was seen; it ends at p
+  float opacity = 1;     // 1 for a chip; less for mist
+  glm::vec3 streak{0};   // m, W: path of a droplet during the exposure; it ends at p
 };
 
-/// The grid of the film of water and slurry on the working tooth: samples at origin + spacing · (x, y, z).
+/// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
   dvec3 origin{0};     // m, W
   double spacing = 0;  // m
   glm::ivec3 size{0};  // number of samples; 0: no film
 };
-/// The film at a sample, as shaders/film.glsl reads it; all zero: dry and clean.
+/// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
   std::uint8_t water = 0;   // 255 · (1 − exp(−height / 80 µm))
   std::uint8_t cover = 0;   // 255 · opacity of the solids
@@ -101,10 +101,10 @@ struct ToolState {
   bool visible = false;
   Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
-  double spindle = 0;  // rad/s, sets the motion blur of the flutes
-  double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
-  Pose X_GH;           // the handpiece's pose on the tool; used only if the renderer has a handpiece
-  bool open = true;    // the handpiece is left out where it hides the working point from an eye
+  double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
+  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
+  Pose X_GH;           // pose of the handpiece relative to the tool; used only if the renderer has a handpiece
+  bool open = true;    // true: the handpiece is not drawn where it hides the working point from an eye
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -127,14 +127,14 @@ struct Lights {
   double spot_border = 0.025;   // m, width of the border from full light to none
   double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
   double lamp_distance = 0.7;   // m, from the working tooth
-  double ambient = 1.0;         // strength of the room's light
+  double ambient = 1.0;         // factor of the room's light
 };
 
 /// Unit vector towards the window.
 dvec3 toward_window(const Lights& lights);
 
-/// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
-/// shows the room in these pixels.
+/// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
+/// headset shows the room in these pixels.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
@@ -164,20 +164,20 @@ struct FrameStats {
   int views = 0;
   double redrawn = 1;  // redrawn fraction of the pictures
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
-  int bricks_unchanged = 0;  // bricks in view, but only in parts that are not redrawn
+  int bricks_unchanged = 0;  // number of bricks that are in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
   int passes = 0;           // number of recorded render passes
   int commands = 0;         // number of recorded draw calls
   int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;             // number of pipelines that exist now
-  std::uint64_t film_bytes = 0;  // uploaded for the film on the surfaces
+  std::uint64_t film_bytes = 0;  // number of bytes that were uploaded for the film on the surfaces
   double pixel = 0;  // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
-  // the glass.
+  // Counts for the picture in the mouth mirror, which is drawn only if an eye sees the glass. `passes` includes its
+  // passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
-  double gpu_ms = 0;  // GPU time of the last finished frame; 0 if the device has no timestamps
+  double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps
 };
 
 class Renderer {
@@ -187,7 +187,7 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  /// Uploads the given bricks; all others stay unchanged.
+  /// Uploads the given bricks; all other bricks stay unchanged.
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
@@ -197,9 +197,9 @@ class Renderer {
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// `handpiece`: what holds the tool; without parts: nothing. Throws Error if it has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film on the surfaces, without film; size 0: no film, which costs nothing.
+  /// Sets the grid of the film on the surfaces and clears the film. Size 0: no film, which takes no time.
   void set_film(const FilmGrid& grid);
-  /// Copies these boxes of the film from an array of the whole grid (index (x·size.y + y)·size.z + z).
+  /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);

@@ -13,7 +13,7 @@ using glm::vec4;
 const float kLampHalfAngle = 0.12f;                // rad, half the angle under which tissue sees the lamp
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
-const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // from above
+const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
 const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
 
 // uniform data of a frame: set 0, binding 0
@@ -43,14 +43,14 @@ struct FrameData {
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   vec4 tissue_look[16];   // roughness, metal, wetness
   vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
-  vec4 film_size;         // xyz: number of samples of the film's grid
+  vec4 film_size;         // xyz: number of samples of the film's grid along each axis
 };
 
 // push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out; z: m, radius of the
-  // cone between an eye and the working point in which a handpiece is left out, at the working point
+  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn; z: m,
+  // radius, at the working point, of the cone between an eye and the working point in which a handpiece is not drawn
   vec4 view;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 /// Corners of the box, and of the same box displaced to the end of its shadow.
 std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
-  constexpr double kShadow = 2;  // length of the shadow in box diagonals
+  constexpr double kShadow = 2;  // length of the box's shadow, as a ratio to the box's diagonal
   const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
   std::array<glm::dvec4, 16> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -50,7 +50,8 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  constexpr double kNearest = 1e-3;  // m, smallest distance of an eye; also used if the eye is inside the box
+  // m, smallest distance from an eye that is used, also if the eye is inside the box
+  constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {
     const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
@@ -60,7 +61,7 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                                                      corner & 4 ? box.hi.z : box.lo.z, 1))
                                       .w);
-    // m, width of the picture at that distance
+    // m, width of the picture at this distance
     const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);
     least = std::min(least, wide / pixels_across);
   }

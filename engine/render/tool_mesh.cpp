@@ -153,7 +153,7 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
     p.push_back({tool.neck_radius, h + 0.3 * r});
   } else if (shape == "flame") {
     for (int i = 0; i <= 24; ++i) {
-      const double s = i / 24.0;  // the radius grows from a point to its maximum at s = 0.6, then shrinks
+      const double s = i / 24.0;  // the radius grows from a point to its maximum at s = 0.6 and then decreases
       const double w = s < 0.6 ? std::sin(kPi / 2 * s / 0.6) : std::cos(0.75 * (s - 0.6) / 0.4);
       p.push_back({r * w, -h + length * s});
     }
@@ -206,8 +206,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   // Head: a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws it in. The thread fades at
-      // both ends.
+      // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws the thread in. The thread
+      // fades at both ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);
@@ -217,7 +217,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
-      // 0 at the cutting edge … 1 at the bottom of the groove
+      // 0 at the cutting edge, 1 at the bottom of the groove
       const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
       const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
       return r * (1 - shape.flute_depth * groove * fade);
@@ -233,7 +233,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
                                  [&](double mark) { return std::abs(z - mark) < kMark / 2; });
             });
 
-  if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank
+  if (!(shape.shank_length > 0)) {  // a handle replaces neck and shank of the tool
     add_lathe(mesh, {{head.back().x, z1}, {0, z1}}, kHeadAround, 0.22f);
     return mesh;
   }

@@ -45,7 +45,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// Time of a tick without tissue nearby.
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Time of a tick with soft tissue: pressing, cutting, asleep.
+/// Times of a tick with soft tissue: pressing, cutting, and at rest.
 void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Missed deadlines while drilling at 10 kHz in real time.

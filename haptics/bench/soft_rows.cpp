@@ -1,4 +1,5 @@
-// Soft tissue: the tick of a hand that presses and slides, of a bur that cuts, and the cost of a sleeping layer.
+// Rows for soft tissue: a tick of a hand that presses and slides, a tick of a bur that cuts, and the time that a
+// layer at rest takes.
 #include <cmath>
 #include <memory>
 
@@ -11,7 +12,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// A flat layer of 12 mm with its surface at z = 0.
+/// A flat layer with a width of 12 mm and its surface at z = 0.
 std::shared_ptr<const SoftSurface> layer() {
   return std::make_shared<const SoftSurface>(SoftLaw{}, dvec3(-6e-3, -6e-3, -1e-3), dvec3(6e-3, 6e-3, 1e-3),
                                              [](const dvec3& p) { return p.z; });
@@ -25,13 +26,14 @@ std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, 
     SoftTissue soft(surface, tools, 1000);
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
-      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // 2 mm/s
+      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // m, path at 2 mm/s
       const Pose X_WG{tilted.p + dvec3(1e-3 * std::cos(way / 1e-3), 1e-3 * std::sin(way / 1e-3), -depth), tilted.R};
       const Nanos start = thread_cpu_time();
       soft.tick({i * Nanos(1'000'000), 1e-3, X_WG, 0, cutting});
       times.push_back(static_cast<double>(thread_cpu_time() - start));
     }
-    times.erase(times.begin(), times.begin() + ticks / 4);  // until the tool is deep
+    // the ticks before the tool has reached its depth are removed
+    times.erase(times.begin(), times.begin() + ticks / 4);
     return times;
   });
 }
@@ -56,7 +58,7 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // as a hand moves at 1 mm/s
+    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves like a hand at 1 mm/s
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});
 }

@@ -21,16 +21,17 @@ struct Taken {
   RemovedVolume* removed;
   GradedSamples graded;  // a copy, so that the pointers stay in registers
   Ints units = {};
-  Ints hard_low = {}, hard_high = {};  // units times hardness bytes: the low 16 bits, and the others
+  // units times hardness bytes: the low 16 bits of each product, and its other bits
+  Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// `to` may be null: then nothing may be added.
+  /// `to` may be null; then add() must not be called.
   TYPODONT_KERNEL Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }
 
-  /// Adds a whole group of samples that all have the label `group_label`, except for those that lose nothing.
+  /// Adds a whole group of samples with the same label `group_label`, except for samples that lose nothing.
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
@@ -41,9 +42,10 @@ struct Taken {
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }
-    if (++groups == 255) close();  // keeps the sums below 2^31: a voxel has 2^23 units
+    if (++groups == 255) close();  // keeps the sums below 2^31, because a voxel has 2^23 units
   }
-  /// Adds the samples `from` .. `to` of a group, with their labels. `labels`: label of the group's first sample.
+  /// Adds the samples `from` .. `to` of a group; their labels may differ. `labels`: label of the group's first
+  /// sample.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;

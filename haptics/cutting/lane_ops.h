@@ -73,7 +73,7 @@ TYPODONT_KERNEL Floats root(Floats v) {
 TYPODONT_KERNEL Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Low 16 bits of each lane, and the others; for lanes that are not negative.
+/// Low 16 bits of each lane; high_half() returns the other bits. For lanes that are not negative.
 TYPODONT_KERNEL Ints low_half(Ints v) {
   return v & 0xffff;
 }

@@ -1,4 +1,5 @@
-// The volume that a cut removes, and what it costs in tissue whose hardness differs from voxel to voxel.
+// The volume that a cut removes, and the sum of this volume times hardness for tissue whose hardness differs from
+// voxel to voxel.
 #pragma once
 
 #include <array>
@@ -12,26 +13,28 @@
 
 namespace typodont::haptics {
 
-/// Samples of a graded patch, with the same index in all three arrays.
+/// Samples of a patch with hardness per voxel; the index of a sample is the same in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
   const Tissue* tissue = nullptr;          // null: no sample is filled
-  const std::uint8_t* hardness = nullptr;  // null: the tissue is not graded
+  const std::uint8_t* hardness = nullptr;  // null if the tissue has no hardness per voxel
 
-  /// Hardness byte of a sample, or that of the filling that covers it.
+  /// Hardness byte of a sample, or the hardness byte of the filling that covers it.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }
 };
 
-/// What a cut removed, summed by the kernels while they cut.
+/// The volume that a cut removed, summed by the kernels while they cut.
 struct RemovedVolume {
-  PerTissue volume{};    // voxels³; the fraction of each voxel inside the surface, before minus after
-  GradedSamples graded;  // input: where the hardness is; without hardness `hardened` stays zero
-  // Units of share.h times hardness bytes. Integers, so the sum does not depend on the order of the samples.
+  // voxels³; for each voxel, the fraction inside the surface before the cut minus the fraction after it
+  PerTissue volume{};
+  GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
+  // Removed volume times hardness, in units of share.h times hardness bytes. The sums are integers, so they do not
+  // depend on the order of the samples.
   std::array<std::int64_t, kTissueCount> hardened{};
 
-  /// Adds `units` of volume of one sample.
+  /// Adds the removed volume `units` of one sample.
   void add(std::int64_t units, Tissue label, const float* sample) noexcept {
     const auto t = static_cast<std::size_t>(label);
     volume[t] += kFractionUnit * static_cast<double>(units);

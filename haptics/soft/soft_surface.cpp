@@ -13,11 +13,12 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kCell = 1e-3;              // m, side of the cells in which points are looked up
-constexpr double kLeastThickness = 0.2e-3;  // m; a thinner layer counts as this thick
-// Depth to which a head shears the layer, relative to the thickness. Heads are smaller than the layer, so the shear is
-// near the surface. With a third, a ball of 1.2 mm meets a force between those of a half-space (Hertz) and of a thin
-// layer.
+constexpr double kCell = 1e-3;  // m, side of the cells in which points are looked up
+// m, least thickness; a thinner layer is treated as if it had this thickness
+constexpr double kLeastThickness = 0.2e-3;
+// Depth to which a head shears the layer, as a ratio to the layer's thickness. Heads are smaller than the layer, so
+// the shear occurs near the surface. With one third, the force on a ball of 1.2 mm is between that of a half-space
+// (Hertz) and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
@@ -25,7 +26,7 @@ constexpr std::size_t kMostCells = 1u << 24;
 struct Lattice {
   dvec3 lo;
   double step;
-  glm::ivec3 size;  // samples
+  glm::ivec3 size;  // number of samples along each axis
   std::size_t index(const glm::ivec3& i) const {
     return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
            static_cast<std::size_t>(i.z);
@@ -87,7 +88,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        const double step = 0.1e-3;  // m
+        const double step = 0.1e-3;  // m, step of the search for the depth of the layer
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
                !hidden(point.p_W - deep * point.n_W)) {
@@ -98,9 +99,9 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         points_.push_back(point);
       }
 
-  // Each lattice edge with both signs has a quad through the four cells around it. A quad gives its area to its
-  // corners. Its sides link neighbours, like the edges of a membrane with the tension T = G d / 3 (N/m), where G = E /
-  // 3 is the shear modulus and d the depth of the sheared part: the Pasternak foundation.
+  // Each lattice edge with both signs has a quad through the four cells around it. The area of a quad is distributed
+  // to its corners. Its sides link neighbours, like the edges of a membrane with the tension T = G d / 3 (N/m), where
+  // G = E / 3 is the shear modulus and d the depth of the sheared part (Pasternak foundation).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -151,8 +152,8 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Distance between two cells, from the cells with points outward. The true distance between positions in them is less
-  // by at most one diagonal of a cell.
+  // Distance between two cells, computed outward from the cells that contain points. The true distance between
+  // positions in these cells is less by at most one diagonal of a cell.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)

@@ -8,24 +8,30 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Parameters of the model that are no properties of the material.
+/// Parameters of the model that are not properties of the material.
 struct SoftParameters {
-  static constexpr int iterations = 3;         // of points and tool; the viscous term makes them converge quickly
+  // number of alternating solutions for points and tool; the viscous term makes them converge quickly
+  static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // limit of the steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // fraction of the layer's thickness by which it can be compressed
-  static constexpr double stop = 20;       // stiffness of a fully compressed point, relative to its viscous resistance
+  static constexpr double stop = 20;  // stiffness of a fully compressed point, as a ratio to its viscous resistance
   static constexpr double most_force = 3;  // N, limit of the force; a stronger push passes through the layer
-  static constexpr double free_step = 0.02;    // N, limit of the force change per tick, beside the tool's own motion
-  static constexpr double hand_speed = 0.6;    // m/s; a deeper new overlap did not come from the hand's motion
-  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap begins to count
-  static constexpr double full_weight = 0.5;   // cosine from which a part of the head presses with full weight
+  // N, limit of the force change per tick, in addition to the change by the tool's own motion
+  static constexpr double free_step = 0.02;
+  // m/s, limit of the hand's speed; a new overlap that is deeper than this speed allows was not caused by the hand's
+  // motion
+  static constexpr double hand_speed = 0.6;
+  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap is taken into account
+  static constexpr double full_weight = 0.5;   // cosine above which a part of the head presses with full weight
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;        // m; a point displaced by more moves its neighbours
-  static constexpr double sleeps = 2e-6;        // m; a point displaced by less comes to rest
-  static constexpr double tip = 0.15e-3;        // m over its end, where a tip must be as wide as two points are apart
-  static constexpr double shank = 10e-3;        // m, length of the shank that counts
+  static constexpr double wakes = 10e-6;  // m, displacement above which a point makes its neighbours active
+  static constexpr double sleeps = 2e-6;  // m, displacement below which a point comes to rest
+  // m, height above a tip's end at which the tip must be as wide as the distance between two points
+  static constexpr double tip = 0.15e-3;
+  static constexpr double shank = 10e-3;        // m, length of the shank that has contact
   static constexpr double largest_ball = 1e-3;  // m, half the distance of the balls along the axis
-  static constexpr double most_per_tick = 0.3;  // limit of the fraction of a point's displacement that a tick cuts
+  // limit of the fraction of a point's displacement that is cut in a tick
+  static constexpr double most_per_tick = 0.3;
   static constexpr double wound_distance = 1.2e-3;  // m, least distance between two wounds
   static constexpr double hit = 0.2e-6;             // m, accuracy of the search along a point's normal
   static constexpr int search_steps = 24;
@@ -122,7 +128,7 @@ double SoftTissue::elastic_energy() const noexcept {
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];
       const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      energy += link.tension * step * step / (other < 0 ? 2 : 4);  // two active points count their link twice
+      energy += link.tension * step * step / (other < 0 ? 2 : 4);  // a link between two active points is visited twice
     }
   }
   return energy;
@@ -152,7 +158,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   room_ = -1;
   const Shape& shape = shapes_[in.tool];
   const double moved = placed_ ? displacement_bound(last_, in.X_WG, shape.reach) : 0.0;
-  const double hand = P::hand_speed * in.dt;  // m
+  const double hand = P::hand_speed * in.dt;  // m, limit of the hand's motion in a tick
   last_ = in.X_WG, placed_ = true;
   u_before_ = u_;
 
@@ -160,7 +166,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // A dashpot with the viscosity stiffness × return_time, over one tick, beside the springs
+    // In parallel with the springs, a dashpot with the viscosity stiffness × return_time acts over one tick
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -179,10 +185,10 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   return out;
 }
 
-/// Finds the active points that the head may press, and makes points active that it begins to press.
+/// Finds the active points that the head may press. Makes the points active that it begins to press.
 void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept {
   const double fade = std::exp(-in.dt / P::ignored_time);
-  // Points near the axis of the tool, no farther from it than the head's radius and the depth of the layer
+  // Points near the axis of the tool, at most as far away from it as the head's radius plus the depth of the layer
   const double margin = shape.radius + shape.blunt + surface_->law().thickness;
   const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
   const dvec3 low = X_WT.p + shape.low * axis, high = X_WT.p + shape.high * axis;
@@ -207,8 +213,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Searches from the deepest position of the point outward along its normal for the end of the head. An enlarged head
-/// ends deeper, so its search begins and ends deeper.
+/// Starts at the deepest position of the point and searches outward along its normal for the end of the head. For an
+/// enlarged head, the search begins and ends deeper.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -258,9 +264,9 @@ void SoftTissue::relax() noexcept {
   }
 }
 
-/// Finds the displacement of the tool at which the coupling and all contact forces are in equilibrium (Newton's method
-/// for piecewise linear equations), and the contact forces there. `most`: m, limit of the change of the displacement in
-/// this tick.
+/// Finds the displacement of the tool at which the coupling and all contact forces are in equilibrium (Newton's
+/// method for piecewise linear equations), and the contact forces at this displacement. `most`: m, limit of the
+/// change of the displacement in this tick.
 void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
@@ -310,12 +316,12 @@ void SoftTissue::place_tool(double most) noexcept {
 }
 
 /// The bur removes tissue where it presses: force × cutting speed = specific energy × removed volume (Preston,
-/// Archard), the law of the hard tissues. A part of the displacement then stays.
+/// Archard), as in hard tissue. A part of the displacement then remains as a cut.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
     const SoftSurface::Point& at = surface_->points()[a.point];
-    const double power = (a.force + a.stop) * in.cutting;  // W
+    const double power = (a.force + a.stop) * in.cutting;  // W, power for cutting
     const double deeper = std::min(power * in.dt / (surface_->law().specific_energy * at.area), P::most_per_tick * a.v);
     const auto before = cut_[a.point];
     cut_[a.point] = static_cast<float>(std::min(cut_[a.point] + deeper, a.limit));
@@ -341,7 +347,8 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // Neighbours that just became active begin with v = 0 and would end at once; their neighbours keep them awake.
+    // Neighbours that have just become active begin with v = 0 and would be deactivated at once; points that pull
+    // them keep them active.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

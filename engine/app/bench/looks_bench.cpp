@@ -57,7 +57,7 @@ render::Picture drawn(ReferenceScene& shown, const render::Quality& quality) {
   PictureStage::Options options;
   options.quality = quality;
   options.tool = shown.tool;
-  options.handpieces.shown = false;  // the reference pictures show none
+  options.handpieces.shown = false;  // the reference pictures show no handpiece
   PictureStage stage(rig, shown.scene.servo, options);
   stage.surround(shown.around);
   TissueView view(surface_tolerance(rig, shown.volume.frame().voxel, quality), shown.scene.drawn_as);

@@ -242,7 +242,8 @@ void run(const Options& options) {
     if (step.name == options.quality) stage_options.quality = step;
   stage_options.hud = options.hud;
   stage_options.handpieces = scene.handpieces;
-  if (options.geometry) stage_options.handpieces.shown = false;  // the file contains the tool alone
+  // the file contains only the tool, without a handpiece
+  if (options.geometry) stage_options.handpieces.shown = false;
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);

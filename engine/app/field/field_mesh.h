@@ -38,9 +38,9 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
 
 constexpr double kSteepest = 1.5;  // m per m, largest slope of the distances that are meshed
 
-/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside, with a slope of
-/// at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
-/// `wanted(lo, hi)`: false for a part of the box that is left out.
+/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside, with a slope
+/// of at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
+/// `wanted(lo, hi)`: false for a part of the box that is not meshed.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
@@ -51,7 +51,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below and two above
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one additional sample below and two above
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
   const auto at = [&](const glm::ivec3& i) {
@@ -62,7 +62,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // Samples are computed when a brick needs them, in blocks: far from the surface one value is enough for a block.
+  // Samples are computed when a brick needs them, in blocks: a block far from the surface needs only one value.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];

@@ -25,7 +25,7 @@ struct Lead {
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 75e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
   static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
-  // An edge slows down where it turns back: m/s, its pace there, and s, duration of the slowdown.
+  // An edge slows down where it changes direction: m/s, its pace there, and s, duration of the slowdown.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
@@ -942,7 +942,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // An edge turns back at both ends of its run.
+    // An edge changes direction at both ends of its run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

@@ -32,7 +32,7 @@ class XrStage {
   /// Adds the static surroundings; call before the first bricks.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
-  /// Brings the film on the surfaces up to date; null: no film.
+  /// Updates the picture of the film on the surfaces; null: no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
 
   /// All objects that are drawn besides the tissue.
@@ -67,7 +67,7 @@ class XrStage {
   std::vector<haptics::Tool> tools_;
   haptics::Spindle spindle_;
   HandpieceView handpieces_;
-  Pose X_GH_;          // the handpiece on the tool
+  Pose X_GH_;          // pose of the handpiece relative to the tool
   bool open_ = false;  // render::ToolState::open
   std::uint32_t shown_tool_ = 0;
   bool shown_placed_ = false;  // an implant is placed, so its head stays visible in the tissue

@@ -289,7 +289,7 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
   record_water();
 }
 
-/// Takes over the changes of the soft gum.
+/// Applies the changes of the soft gum.
 void LivePicture::follow_gum(const ServoTick& tick) {
   haptics::SoftMove move;
   while (session_.wiring.gum_moves->pop(move)) gum_->move(move);

@@ -56,7 +56,7 @@ struct LiveSession {
   // CARVER: counts of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
   haptics::SearchCounts looks;                      // CARVER: number of searches by the contact model
-  std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if it is rigid
+  std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
   std::uint64_t queries = 0;                        // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
@@ -101,8 +101,8 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
-  Nanos ticks_since_gum_ = 0;    // ticks since send_gum()
-  std::size_t wounds_sent_ = 0;  // number of wounds that the picture knows
+  Nanos ticks_since_gum_ = 0;    // number of ticks since send_gum(), in ns
+  std::size_t wounds_sent_ = 0;  // number of wounds that were sent to the picture
 };
 
 /// The carver's loop, turn by turn.

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a cavity
 constexpr double kFilm = 3e-4;        // m, spacing of the field with a film: a cavity is several cells wide
-constexpr double kFilmShown = 0.05;   // s between updates of the film's picture
-constexpr double kCutSteps = 0.1e-3;  // m, the field is cut each time that the head has moved this far
-constexpr double kPressed = 0.05;     // pedal, 0..1, from which the handpiece sprays
+constexpr double kFilmShown = 0.05;   // s, interval between updates of the film's picture
+constexpr double kCutSteps = 0.1e-3;  // m, motion of the head after which the field is cut again
+constexpr double kPressed = 0.05;     // pedal value, 0..1, from which the handpiece sprays
 constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
@@ -31,7 +31,7 @@ DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& 
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
     : materials_(materials) {
-  // Take every n-th sample of the volume, so that no interpolation is needed.
+  // Takes every n-th sample of the volume, so that no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -62,8 +62,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
-  // created.
+  // With software rendering, a chip takes as much time to draw as some triangles of the tooth. Therefore fewer chips
+  // are created, each with more mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
@@ -242,7 +242,7 @@ std::span<const render::Particle> DebrisView::particles() {
 void DebrisView::add_droplets() {
   constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, water in the light of the lamp
   constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
-  constexpr float kThin = 0.5f;  // a droplet in flight is seen as a streak thinner than the droplet
+  constexpr float kThin = 0.5f;  // ratio of the width of a droplet's streak to its diameter
   droplets_.resize(water_->spray.alive());
   const std::size_t count = water_->spray.write_points(droplets_);
   for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {

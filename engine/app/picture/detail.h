@@ -12,7 +12,7 @@ double screen_pixel(const display::DisplayRig& rig);
 
 /// Tolerance in voxels for a pixel of the given size (m), limited so that shapes are preserved.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// surface_tolerance() for a pixel in the plane of this rig's screen; used before the first picture.
+/// surface_tolerance() for a pixel in the plane of this rig's screen. It is used before the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
@@ -21,7 +21,7 @@ float surface_tolerance(const display::DisplayRig& rig, double voxel,
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
-  /// `pixel`: render::FrameStats::pixel, 0 if unknown. True if the tolerance changed.
+  /// `pixel`: render::FrameStats::pixel, 0 if unknown. Returns true if the tolerance changed.
   bool follow(double pixel, const render::Quality& quality);
   float tolerance() const { return tolerance_; }  // voxels
 

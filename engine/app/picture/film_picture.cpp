@@ -10,9 +10,10 @@ namespace typodont {
 namespace {
 
 constexpr double kWaterDepth = 80e-6;  // m, height of water at which 63 % of its effect is reached; as in film.glsl
-// m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide their cross-section.
+// m, height of solids that hides 63 % of the surface: the grains of 5 to 10 µm hide an area equal to their
+// cross-section.
 constexpr double kSolidsDepth = 4e-6;
-constexpr int kVisible = 10;  // of 255; smaller changes of a texel are not drawn
+constexpr int kVisible = 10;  // smallest visible change of a texel, of 255; smaller changes are not drawn
 
 std::uint8_t byte(double fraction) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(fraction, 0.0, 1.0)));
@@ -36,7 +37,7 @@ render::FilmTexel texel_of(const debris::FilmCell& cell) {
           .blood = byte(solids > 0 ? blood / solids : 0)};
 }
 
-/// True if the eye could tell the two apart. The colour of the solids counts only as far as they cover the surface.
+/// True if the difference is visible. The colour of the solids counts only as far as they cover the surface.
 bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
   const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
   const int cover = std::max(a.cover, b.cover);
@@ -82,8 +83,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// A sample without a cell gets the mean of its neighbours that have one, so that the interpolated film does not fade
-/// beside the surface.
+/// Writes a sample. If it has no cell, it gets the mean of its neighbours with a cell, so that the interpolated film
+/// does not fade beside the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -21,16 +21,16 @@ class FilmPicture {
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// What a renderer has received so far.
+  /// State of the film that a renderer has received.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;
   };
-  /// Brings a renderer up to date; null: no film.
+  /// Updates a renderer; null: no film.
   static void show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown);
 
  private:
-  static constexpr int kBlock = 8;  // samples; changes are counted for blocks of this side
+  static constexpr int kBlock = 8;  // number of samples per side of a block; changes are counted per block
 
   std::size_t index(const glm::ivec3& s) const {
     return (static_cast<std::size_t>(s.x) * static_cast<std::size_t>(grid_.size.y) + static_cast<std::size_t>(s.y)) *
@@ -41,11 +41,12 @@ class FilmPicture {
 
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
-  std::vector<render::FilmTexel> own_;     // texels of the cells
-  std::vector<render::FilmTexel> texels_;  // texels for the renderer: around the cells, the mean of the nearest cells
+  std::vector<render::FilmTexel> own_;  // texels of the cells
+  // texels for the renderer; around the cells, they are the mean of the nearest cells
+  std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;
-  std::vector<std::uint64_t> block_version_;  // version in which a block changed last
+  std::vector<std::uint64_t> block_version_;  // version at which each block changed last
   std::uint64_t version_ = 0, texels_written_ = 0;
 };
 

@@ -22,7 +22,7 @@ constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pict
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns between copies, because making a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
-constexpr int kNice = 5;                          // niceness: a lower priority than the hand and the picture
+constexpr int kNice = 5;  // niceness; the thread's priority is lower than the priorities of servo and picture
 constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences
 constexpr std::size_t kMostUnexplored = 600'000;  // limit of the waiting ticks: ten minutes
 
@@ -101,7 +101,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Shows the part of the look that does not need the thread's result.
+/// Applies the part of the look that does not need the thread's result.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -198,7 +198,7 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    if (!p.stage || !(m.wish == p.wish)) continue;  // the request has changed in the meantime
+    if (!p.stage || !(m.wish == p.wish)) continue;  // the requested look has changed in the meantime
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
       if (body.mesh != render::kWorkingTooth) continue;
@@ -309,7 +309,8 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    for (std::size_t i = 0; i < 2; ++i) {  // the surroundings follow the tooth, because they matter less
+    // the tooth is computed before its surroundings, because its result is more important
+    for (std::size_t i = 0; i < 2; ++i) {
       if (!around[i]) continue;
       try {
         if (!surroundings) surroundings = surroundings_shape(scene_.surroundings);

@@ -1,7 +1,7 @@
-// Everything that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal, score
-// so far. A separate thread computes it from copies that the carver makes, so that the hand never waits. The bricks
-// drawn so far are stored, so that a picture can be added or can change its look at any time. The thread starts at once
-// if the score is shown, otherwise with the first look that needs the thread.
+// Everything that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal,
+// score so far. A separate thread computes these data from copies that the carver makes, so that the hand never
+// waits. The bricks drawn so far are stored, so that a picture can be added or can change its look at any time. If
+// the score is shown, the thread starts at once; otherwise it starts with the first look that needs it.
 #pragma once
 
 #include <condition_variable>
@@ -28,8 +28,8 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: the score so far is
-  /// computed, too.
+  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: if true, the score so far
+  /// is computed, too.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
   /// Waits until the thread has finished its present work.
@@ -44,15 +44,15 @@ class LiveViews {
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Call once per turn: passes new data to the pictures, for a few milliseconds. True if a picture received data.
+  /// Call once per turn. Passes new data to the pictures, for a few milliseconds. Returns true if a picture received
+  /// data.
   bool advance();
   /// True while a look is still being computed.
   bool making(Eyes eyes) const;
   /// True if the computing thread is running.
   bool started() const { return thread_.joinable(); }
 
-  /// Bits of the tissues in the scene; true if the scene has an ideal; true if it has surroundings; the middle of the
-  /// tooth.
+  /// tissues(): one bit for each tissue in the scene. middle(): the middle of the tooth, m, W.
   std::uint32_t tissues() const { return tissues_; }
   bool has_ideal() const { return scene_.task && scene_.task->ideal; }
   bool has_surroundings() const { return !around_.meshes.empty(); }
@@ -75,7 +75,7 @@ class LiveViews {
     glm::dvec4 plane{0};
     int stage = 0;  // number of the picture's stage; it changes when the picture gets a new stage
     bool operator==(const Wish&) const = default;
-    /// True if the look needs bodies besides the surface's own bricks.
+    /// True if the look needs bodies in addition to the surface's own bricks.
     bool needs_bodies() const;
   };
   struct Body {
@@ -90,10 +90,10 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    Wish wish;                           // the look requested from the thread
-    bool made = true;                    // true: the thread has answered the request
-    int stages = 0;                      // number of stages that the picture has had
-    bool replaced = false;               // the tooth's own bricks are hidden, because another body replaces them
+    Wish wish;              // the look requested from the thread
+    bool made = true;       // true if the thread has answered the request
+    int stages = 0;         // number of stages that the picture has had
+    bool replaced = false;  // true if the tooth's own bricks are hidden, because another body replaces them
     std::vector<std::uint64_t> pending;  // bricks that must still be passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }

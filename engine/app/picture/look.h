@@ -24,8 +24,8 @@ struct Look {
 
 /// A free viewpoint around the work, without eye tracking.
 struct Viewpoint {
-  double azimuth = -1.5707963267948966;  // rad about W's z, from x: direction of the viewer
-  double elevation = 1.0;                // rad above the horizon
+  double azimuth = -1.5707963267948966;  // rad, angle about W's z from x to the direction of the viewer
+  double elevation = 1.0;                // rad, elevation of the viewer's direction above the horizontal plane
   double distance = 0.15;                // m from the tooth's middle to the viewer
   glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
 };
@@ -39,7 +39,8 @@ display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::iv
 /// The viewpoint of a rig's user, within the limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Section plane of a look for a viewer at p_WE; the tissue on the far side is kept. xyz: unit normal, w: m.
+/// Section plane of a look for a viewer at p_WE; the tissue on the side away from the viewer is kept. xyz: unit
+/// normal, w: m.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Applies the rig's "magnify": shrinks screen and eyes towards the rig's point or, without one, towards the middle of
-/// the tissue's upper side. Logs the effect on co-location. Not for headsets, which magnify by themselves.
+/// Applies the rig's "magnify": moves screen and eyes towards the rig's point or, without a point, towards the middle
+/// of the tissue's upper side. Logs the effect on co-location. Not for headsets, which magnify by themselves.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

@@ -8,7 +8,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // ratio of the picture's width to that of the packing
+constexpr double kMargin = 1.05;  // ratio of the picture's width to the width of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
 constexpr double kAmbient = 0.25;  // fraction of the colour that remains in shadow
 

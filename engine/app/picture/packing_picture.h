@@ -1,4 +1,4 @@
-// Draws a packing for visual inspection: from outside and as a section. Set-up time.
+// Draws a packing for visual inspection, from outside and as a section. Set-up time.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"

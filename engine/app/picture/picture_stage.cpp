@@ -18,7 +18,7 @@ namespace typodont {
 namespace {
 
 constexpr std::string_view kDiamond =
-    "80";                                 // ISO 6360: codes of galvanically bonded diamond, 801 to 807, begin with it
+    "80";  // ISO 6360: the codes of galvanically bonded diamond, 801 to 807, begin with these digits
 constexpr double kDisplayInterval = 0.1;  // s between updates of the displayed numbers, so that they are readable
 
 /// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
@@ -37,7 +37,7 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
 /// Adds two flutes of a twist drill, depth marks and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
   constexpr double kFluteRise = 12e-3;         // m of drill per turn of its flutes
-  constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank, ISO 1797 type 1
+  constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank (ISO 1797 type 1)
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
   for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
@@ -215,7 +215,7 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old pictures
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel takes the picture's aspect ratio and grows about its middle, so that the visible part stays visible.
+  // The panel gets the picture's aspect ratio and grows about its middle, so that the visible part remains visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -309,7 +309,7 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // Otherwise keep the last pose: the eyes cannot be behind the picture.
+  // Otherwise the last pose is used, because the eyes cannot be behind the picture.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -347,7 +347,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
-    missed_ = true;  // the content of a minimised window may be lost
+    missed_ = true;  // true because the content of a minimised window may be lost
     return {};
   }
   follow_size();
@@ -413,8 +413,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // Compose only the changed parts, because the others are already on the screen; with software rendering this saves
-    // most of the time.
+    // Composes only the changed parts, because the other parts are already on the screen. With software rendering
+    // this saves most of the time.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)
@@ -426,8 +426,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     if (!target->memory.first)
       stats.passes += static_cast<int>(target->layers.size());  // a target in memory is composed without a render pass
     ring_.submit(device_, target->ready, target->done);
-    // Time until the frame is visible: recording and submission on the CPU, drawing on the GPU, and on average half a
-    // refresh period of the screen.
+    // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and on
+    // average half a refresh period of the screen.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

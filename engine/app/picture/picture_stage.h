@@ -1,5 +1,5 @@
-// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. Drawn
-// offscreen, or in a window (workbench.h). Render thread.
+// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. The
+// pictures are drawn offscreen or in a window (workbench.h). Render thread.
 #pragma once
 
 #include <memory>
@@ -28,25 +28,26 @@ class SoftGumView;
 struct DrawnTool {
   render::ToolMesh tool;
   Handpiece handpiece;  // without parts: none
-  Pose X_GH;            // the handpiece on the tool
+  Pose X_GH;            // pose of the handpiece relative to the tool
   bool open = false;    // render::ToolState::open
 };
-/// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose on
-/// the tool: its roll is the hand's. A hand that gives only the axis gives the shortest rotation from W's z to the axis
-/// (rotation_between), so the body keeps its side, and its direction changes steadily with the axis. Throws Error.
+/// `placed`: only the driver is drawn, because the tool's head stays in the tissue. The handpiece has a fixed pose
+/// relative to the tool, so it rotates with the hand about the tool's axis. If a hand gives only the axis, the
+/// shortest rotation from W's z to the axis is used (rotation_between). Then the body stays on its side, and its
+/// direction changes continuously with the axis. Throws Error.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// rad/s about the tool's z, speed with which it is drawn: right-handed threads enter clockwise, as seen from the
-/// shank.
+/// Speed in rad/s about the tool's z with which the tool is drawn: right-handed threads enter clockwise, as seen from
+/// the shank.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Passes the surroundings of the working tooth to the renderer.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Bounds outside of which the scene can never have tissue. Empty if there are no bounds: a tool of the set adds
-/// tissue, or redo may restore earlier cuts.
+/// Bounds outside of which the scene can never have tissue. Empty if no bounds exist, because a tool of the set adds
+/// tissue or redo may restore earlier cuts.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
@@ -60,8 +61,8 @@ class PictureStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;            // false: offscreen; the user's head is tracked only with a window
-    bool embedded = false;          // only pictures() are drawn, for the caller's window; no screen is composed
+    bool window = false;    // false: offscreen; the user's head is tracked only with a window
+    bool embedded = false;  // true: only pictures() are drawn, for the caller's window, and no screen is composed
     gpu::Device* device = nullptr;  // the caller's device; null: create one
     int monitor = -1;               // monitor for full screen; −1: a window
     bool hud = true;
@@ -91,7 +92,7 @@ class PictureStage {
   void hold_suction(const SuctionTip& tip) { tip_ = tip; }
   /// Sets the particles on the stage's device from the next frame on; null: none.
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
-  /// Brings the film on the surfaces up to date; null: no film.
+  /// Updates the picture of the film on the surfaces; null: no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
   /// Sets the view from the next frame on; `section` as in render::Frame. show_inside() provides the bodies that a view
   /// shows besides the surface (engine/app/picture/teaching_views.h).
@@ -112,13 +113,13 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
-  /// True if the next frame may show something inside the box; an empty `box` means all of space.
+  /// True if the next frame may show something inside the box; an empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
 
   /// The eyes' pictures in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Only if embedded. True if the
-  /// size changed.
+  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Call this only if embedded.
+  /// Returns true if the size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.
@@ -153,7 +154,7 @@ class PictureStage {
   /// Numbers of accepted and dropped packets of the head tracker; empty if the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// The screen; there is none if embedded.
+  /// The screen. An embedded stage has no screen.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
@@ -183,14 +184,14 @@ class PictureStage {
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   Timing timing_;
-  bool missed_ = false;  // the last frame was not shown, or the window is minimised
+  bool missed_ = false;  // true if the last frame was not shown, or if the window is minimised
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up edges of the panel in the rig file
   display::Hud hud_;
   Surroundings around_;
   bool coarse_around_ = false;
   std::uint64_t gum_version_ = 0;  // SoftGumView::version() in the renderer
-  // s since the displayed numbers changed; the displayed force (N) and spindle speed (rad/s)
+  // s, time since the displayed numbers changed; N, displayed force; rad/s, displayed spindle speed
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
   MouthMirror mirror_;
   SuctionTip tip_;
@@ -202,11 +203,11 @@ class PictureStage {
   std::vector<render::Particle> with_dots_;  // the debris particles and the cursor's dots
   double angle_ = 0;
   bool open_ = false;  // render::ToolState::open
-  Pose X_GH_;          // the handpiece on the tool
+  Pose X_GH_;          // pose of the handpiece relative to the tool
   Pose shown_at_;      // the tool's pose in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
-  bool shown_placed_ = false;   // the head of the drawn tool stays in the tissue
+  bool shown_placed_ = false;   // true if the head of the drawn tool stays in the tissue
 };
 
 /// Creates a device for pictures with these options, with a window's extensions if necessary. Throws the same errors as

@@ -9,23 +9,23 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` (s) raise it. The wait before a raise
-  /// grows each time the higher level proved too slow. The default of `slow` is a little less than 1/30 s, so that 30
-  /// frames per second are reached.
+  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` (s) raise it. Each time a higher
+  /// level proved too slow, the wait before the next raise becomes longer. The default of `slow` is a little less
+  /// than 1/30 s, so that 30 frames per second are reached.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// For software rendering: starts at a level that a CPU can draw, and raises the quality if a frame leaves time for
-  /// the next level, which takes up to twice as long.
+  /// For software rendering: starts at a level that a CPU can draw. Raises the quality if a frame leaves enough time
+  /// for the next level, which takes up to twice as long.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
   int place() const { return static_cast<int>(step_); }  // level, 0: best
   int changes() const { return changes_; }
   double slow() const { return slow_; }  // s
-  /// True if the level changed. Call only for frames that were drawn.
+  /// Returns true if the level changed. Call this only for frames that were drawn.
   bool frame_took(double seconds) {
     // The first frames of a level create its pipelines and are ignored.
     if (fresh_ > 0) return --fresh_, false;
-    // Limits the weight of a single delayed frame.
+    // The weight of a single delayed frame is limited.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;

@@ -11,14 +11,14 @@
 
 namespace typodont {
 
-/// Number of the tool's body in the file; the others are the numbers of the drawn meshes (render::MeshId).
+/// Number of the tool's body in the file; all other numbers are those of the drawn meshes (render::MeshId).
 inline constexpr std::uint8_t kToolBody = 255;
 
 class ShownGeometry {
  public:
   /// Adds the bricks of a body; `origin`: m, W. `body`: less than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the tool at this pose, at rest (`blur` 0) or as the hull that a fast spindle shows (1).
+  /// Adds the tool at this pose, at rest (`blur` 0) or as the hull of a tool that rotates fast (`blur` 1).
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);
   /// Writes a binary PLY completely or not at all: millimetres, frame W. docs/interface.md describes the properties.
   void write(const std::filesystem::path& file) const;

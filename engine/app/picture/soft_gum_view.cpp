@@ -10,12 +10,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kReach = 1.7;         // reach of a point's influence, in distances between points
+constexpr double kReach = 1.7;         // range of a point's influence, as a ratio to the distance between points
 constexpr float kEdge = 0.3e-3f;       // m, longest edge of a triangle near soft points
 constexpr int kSplits = 4;             // limit of the number of times that an edge is halved
-constexpr double kGrowth = 30e-6;      // m, growth of a wet patch from which it is drawn again
+constexpr double kGrowth = 30e-6;      // m, growth of a wet patch's radius after which the patch is drawn again
 constexpr float kOpaque = 0.95f;       // fraction of the blood's colour in the middle of a patch
-constexpr double kRimWidth = 0.22;     // width of a patch's rim relative to its radius
+constexpr double kRimWidth = 0.22;     // width of a patch's rim as a ratio to the patch's radius
 constexpr double kLeastRim = 0.35e-3;  // m, least width of the rim; triangles would show in a narrower one
 
 render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
@@ -28,8 +28,8 @@ render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
   return m;
 }
 
-/// Halves the edges for which `splits(a, b)` is true, once. Triangles that share an edge split it in the same way, also
-/// in different bricks, so no cracks open.
+/// Halves, once, the edges for which `splits(a, b)` is true. Triangles that share an edge split it in the same way,
+/// also if they belong to different bricks, so no cracks appear.
 template <class Splits>
 bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -45,12 +45,14 @@ bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
-    std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};  // of the edge after c
+    // middle of the edge after corner c
+    std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};
     const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
     };
     const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
-    // Turns the triangle until its first edge is split, and its last edge is not split unless all are.
+    // Rotates the triangle's corners until its first edge is split and its last edge is not, unless all edges are
+    // split.
     for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
       std::rotate(c.begin(), c.begin() + 1, c.end());
       std::rotate(m.begin(), m.begin() + 1, m.end());
@@ -122,7 +124,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;  // the other side of a thin layer
+      // the vertex is on the other side of a thin layer
+      if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;
       rest.influences.push_back({point, static_cast<float>(inside * inside), glm::vec3(change)});
@@ -187,7 +190,7 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Opacity of the blood at a point of the resting surface: patches with an uneven rim.
+/// Opacity of the blood at a point of the resting surface. The patches have an uneven rim.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {

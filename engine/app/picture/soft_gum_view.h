@@ -1,5 +1,5 @@
-// The picture of the soft gum: displaced vertices where an instrument presses or a bur has cut, and blood. Only bricks
-// that changed are made anew; a gum at rest costs nothing.
+// The picture of the soft gum: blood, and displaced vertices where an instrument presses or a bur has cut. Only
+// bricks that changed are computed again; a gum at rest takes no time.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +21,20 @@ class SoftGumView {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    std::uint64_t version = 0;  // version() at its last change; 0: as in the surroundings
+    // version() at the brick's last change; 0: the brick is the same as in the surroundings
+    std::uint64_t version = 0;
   };
 
   SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, const Surroundings& around);
 
-  /// New state of a point.
+  /// Sets the new state of a point.
   void move(const haptics::SoftMove& move);
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
-  /// Takes over everything that changed in the tissue since the last call. For programs with one thread.
+  /// Applies all changes of the tissue since the last call. For programs with one thread.
   void take(haptics::SoftTissue& tissue);
-  /// Returns to a gum that was never touched.
+  /// Returns to the state of an untouched gum.
   void reset();
-  /// Makes the bricks that changed up to time t, ns of the session.
+  /// Computes the bricks that changed up to time t (ns of the session).
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
@@ -47,20 +48,20 @@ class SoftGumView {
     float part = 0;      // 0..1
     glm::vec3 slope{0};  // 1/m, gradient of `part`
   };
-  /// A brick with triangles that are small enough for a dent.
+  /// A brick at rest whose triangles are small enough for a dent.
   struct Rest {
     const render::MeshUpdate* whole = nullptr;  // the brick in the surroundings, with larger triangles
-    dvec3 origin{0};                            // m, W, of the vertices
+    dvec3 origin{0};                            // m, W, origin of the vertices
     render::MeshUpdate mesh;
-    std::vector<std::uint32_t> first;  // for each vertex, its first influence; and the end
+    std::vector<std::uint32_t> first;  // for each vertex, the index of its first influence; one more entry for the end
     std::vector<Influence> influences;
     dvec3 middle{0};
-    double radius = 0;  // m, of a ball around `middle` that contains the brick
+    double radius = 0;  // m, radius of a ball around `middle` that contains the brick
     bool changed = false;
   };
   struct Wound {
     haptics::SoftWound place;
-    double drawn = 0;  // m, radius in the picture
+    double drawn = 0;  // m, radius of the patch in the picture
   };
 
   void add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse);
@@ -72,7 +73,7 @@ class SoftGumView {
   std::vector<Rest> rest_;                             // for each brick
   std::vector<std::vector<std::uint32_t>> bricks_of_;  // for each point, the bricks that it influences
   std::vector<float> inward_;                          // m, for each point
-  std::vector<std::uint32_t> changed_;                 // bricks to make
+  std::vector<std::uint32_t> changed_;                 // indices of the bricks that must be computed again
   std::vector<Wound> wounds_;
   std::uint64_t version_ = 0;
 };

@@ -66,7 +66,7 @@ namespace {
 
 constexpr int kSearchDepth = 14;  // voxels, limit of the search below a vertex
 constexpr int kRemeshedPerUpdate =
-    32;  // bricks per update: some milliseconds, so that the hand's patches are not delayed
+    32;  // bricks per update; they take some milliseconds, so that the hand's patches are not delayed
 
 /// Depth in m to which a tissue is translucent. The colours of dentin and caries shine through enamel, the colour of
 /// pulp through thin dentin.
@@ -100,7 +100,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // There is only one tissue, so nothing shines through and there is no boundary.
+  // If there is only one tissue, nothing shines through and no boundary exists.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
@@ -136,7 +136,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const Tissue outside = own(v);
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The tissue begins within the last step: find the boundary to an eighth of a voxel.
+      // The lower tissue begins within the last step: find the boundary to an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);
@@ -148,8 +148,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Caries within one or two voxels below the vertex is the edge of a lesion at the surface, which is drawn in any
-      // case, and not a lesion below the surface.
+      // Caries within one or two voxels below the vertex is not a lesion below the surface: it belongs to the edge of
+      // a lesion at the surface, which is drawn anyway.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

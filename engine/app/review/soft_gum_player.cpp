@@ -8,9 +8,9 @@ namespace typodont {
 
 namespace {
 
-// N/m, so stiff that the recorded tool, which the gum has already pushed away, stays where it was
+// N/m; so stiff that the recorded tool, which the gum has already pushed away, is not displaced again
 constexpr double kRigid = 1e6;
-constexpr std::uint64_t kBlock = 4096;  // ticks read at once
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read at once
 
 }  // namespace
 

@@ -1,4 +1,5 @@
-// The soft gum of a recorded session at any time: the drawn tool of each recorded tick presses and cuts it again.
+// The soft gum of a recorded session at any time. The drawn tool of each recorded tick presses and cuts the gum
+// again.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,8 @@ class SoftGumPlayer {
   /// `player` and `around` must outlive this object.
   SoftGumPlayer(const SessionPlayer& player, std::shared_ptr<const haptics::SoftSurface> surface,
                 const Surroundings& around);
-  /// Moves to the player's present tick. Backward it starts again at the beginning of the session.
+  /// Continues to the player's present tick. If the player moved backward, it starts again at the beginning of the
+  /// session.
   void follow();
   const SoftGumView& view() const { return view_; }
 

@@ -9,13 +9,13 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;  // m, the sheet above the gum's edge
+constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the gum's edge
 constexpr double kSheet = 0.7e-3;     // m, thickness over the teeth
-constexpr double kTension = 6e-3;     // m, over which the tight sheet bridges hollows
+constexpr double kTension = 6e-3;     // m, width over which the tight sheet bridges hollows
 constexpr double kSheetTo = 13.5e-3;  // m from the curve of the teeth, where the sheet ends in the cheek
 constexpr double kLift = 3.2e-3;      // m, height of the sheet's edge over the gum, where the frame pulls it
 constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half sizes of a jaw of the clamp
-constexpr double kPlateHeight = 0.75e-3;           // m over the gum's edge
+constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the gum's edge
 constexpr double kBow = 0.75e-3;                   // m, radius of the bow
 constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of a jaw
 constexpr int kSmooth = 3;                         // times that the corners of the bow are cut (Chaikin 1974)
@@ -23,7 +23,7 @@ constexpr int kSmooth = 3;                         // times that the corners of 
 }  // namespace
 
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap) {
-  // Away from the teeth the sheet hangs from the frame.
+  // Away from the teeth, the frame pulls the sheet upwards.
   const double lift = kLift * smooth_step(6e-3, 16e-3, std::abs(at.beside));
   const double level = -at.depth - kOverGum - lift;
   const double covered = smooth_min(teeth - kSheet, level, kTension);

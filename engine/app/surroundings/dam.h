@@ -7,21 +7,22 @@
 
 namespace typodont {
 
-/// Distance, m, to the sheet with everything below it. `teeth`, `own`: distances to the other teeth and to the working
-/// tooth; `gap`: distance of the hole's edge from the working tooth.
+/// Distance (m) to the solid that consists of the sheet and everything below it. `teeth`, `own`: distances to the
+/// other teeth and to the working tooth; `gap`: distance of the hole's edge from the working tooth.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
 /// A clamp: two jaws at the neck, buccal and lingual, and a bow around the distal side. Row frame, m.
 class DamClamp {
  public:
-  /// `middle`: of the working tooth; `edge`: height of the gum's edge; `half_width`: of the tooth at that height.
+  /// `middle`: middle of the working tooth; `edge`: height of the gum's edge; `half_width`: half the width of the
+  /// tooth at this height.
   DamClamp(const dvec3& middle, double edge, double half_width);
   double distance(const dvec3& p_row) const;
   dvec3 low() const { return low_; }
   dvec3 high() const { return high_; }
 
  private:
-  dvec3 middle_;  // at the height of the gum's edge
+  dvec3 middle_;  // middle of the working tooth at the height of the gum's edge
   double side_;   // m, distance of the jaws from the middle
   std::vector<dvec3> bow_;
   dvec3 low_{0}, high_{0};

@@ -9,19 +9,22 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.5e-3;                     // m, gum's edge above the neck of a tooth in the row
-constexpr double kPapillaWidth = 1.8e-3;             // m
-constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;  // m along, where the tilt of the gum's edge ends
+constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth in the row
+constexpr double kPapillaWidth = 1.8e-3;  // m
+// m, distances along the arch between which the tilt of the gum's edge decreases to zero
+constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;  // m beside the row, where its teeth stop and cease to matter
 constexpr double kRowDepth = 15.5e-3;                // m, thickness of a jaw with a row of teeth
-constexpr double kBlockDepth = 9e-3;                 // m, least thickness of a jaw without one
-// The ridge: m. It is wider at its bottom, and ends in a fold, buccal and lingual.
+constexpr double kBlockDepth = 9e-3;                 // m, least thickness of a jaw without a row of teeth
+// Dimensions of the ridge in m. The ridge is wider at its bottom and ends in a fold on the buccal and on the lingual
+// side.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 25e-3;                       // m behind the working tooth, where the mouth ends
-constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;  // m, height of the attached gum; half width of its border
-// The tongue and the cheek: m from the curve of the teeth, and heights over the occlusal plane.
+constexpr double kBack = 25e-3;  // m, distance behind the working tooth at which the mouth ends
+// m, height of the attached gum, and half the width of its border
+constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
+// Dimensions of tongue and cheek in m: distances from the curve of the teeth, and heights above the occlusal plane.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
@@ -106,7 +109,7 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  // Between two teeth the ridge is a papilla.
+  // Between two teeth, the ridge forms a papilla.
   const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
@@ -125,7 +128,7 @@ double Jaw::tongue(const Place& p) const {
 }
 
 double Jaw::rim(const Place& p) const {
-  // The cheek is high beside the molars; in front the lip is low.
+  // The cheek is high beside the molars; the lip in front is low.
   const double front = smooth_step(14e-3, 30e-3, p.x - own_x_);
   return occlusal_ + kCheekOver - front * (kLipBelow + kCheekOver);
 }

@@ -12,21 +12,22 @@ class Jaw {
   /// A point in arch coordinates, m.
   struct Place {
     double along, beside;  // as in ArchCurve::Place
-    double depth;          // below the gum's edge, without papillae
+    double depth;          // m, depth below the gum's edge, without papillae
     double half_width;     // half the width of the row of teeth at the gum
     double x, z;           // in the row's frame: mesial and occlusal
   };
-  /// `middle`: middle of the working tooth, m, W; `half_width`: of the working tooth at the gum; `occlusal`: its
-  /// highest point along the crown's axis. `roots`: depth of its roots below the gum's edge.
+  /// `middle`: middle of the working tooth, m, W; `half_width`: half its width at the gum; `occlusal`: its highest
+  /// point along the crown's axis; `roots`: depth of its roots below the gum's edge.
   Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
 
   Place place(const dvec3& p_W) const;
   /// Additional height of the gum between two teeth.
   double papilla(const Place& p) const;
-  /// Share of movable mucosa in the surface of the gum, 0..1: below the mucogingival line, and a little at the edge.
+  /// Fraction of movable mucosa in the surface of the gum, 0..1: 1 below the mucogingival line, and small at the
+  /// edge.
   double mucosa(const Place& p) const;
 
-  /// Distances, m, negative inside. ridge: the jaw without the gum's collar; the others as their names say.
+  /// Distances to the bodies, m, negative inside. ridge(): the jaw without the gum's collar.
   double ridge(const Place& p) const;
   double tongue(const Place& p) const;
   double cheek(const Place& p) const;
@@ -53,8 +54,8 @@ class Jaw {
   dvec3 across_;
   ArchCurve curve_;
   std::vector<Knot> knots_;
-  std::vector<double> contacts_;                // along
-  double own_ = 0, beside_ = 0, own_edge_ = 0;  // the working tooth's place
+  std::vector<double> contacts_;                // positions of the contact points along the arch
+  double own_ = 0, beside_ = 0, own_edge_ = 0;  // position of the working tooth in arch coordinates
   double tilt_along_ = 0, tilt_beside_ = 0;
   double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;
 };

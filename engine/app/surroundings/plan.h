@@ -45,7 +45,7 @@ struct SurroundingsPlan {
   double papilla = 2e-3;         // m, additional height of the gum between two teeth
   double thickness = 1.1e-3;     // m, thickness of the gum on the root
   double length = 34e-3;         // m, length of the piece of jaw
-  /// Set: the gum yields under an instrument.
+  /// If set, the gum yields under an instrument.
   std::optional<haptics::SoftLaw> soft;
 };
 

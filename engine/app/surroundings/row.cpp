@@ -11,7 +11,8 @@ namespace typodont {
 
 namespace {
 
-/// Row → form: turned about z, leant towards lingual, mirrored for the other side of the jaw.
+/// Rotation from row to form: about z by `turn`, towards lingual by `lean`, and mirrored for the other side of the
+/// jaw.
 glm::dmat3 to_form(double turn, double lean, bool mirrored) {
   const double c = std::cos(turn), s = std::sin(turn), cl = std::cos(lean), sl = std::sin(lean);
   const double x = mirrored ? -1 : 1;

@@ -1,4 +1,4 @@
-// A row of teeth around the working tooth: the teeth's forms and places, and the curve on which they stand.
+// A row of teeth around the working tooth: the forms and poses of the teeth, and the curve on which they are placed.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,12 @@
 
 namespace typodont {
 
-/// Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; the origin is W's. m.
+/// A tooth of the row. Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; its
+/// origin is the origin of W. Lengths in m.
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};   // m, middle of the neck
-  glm::dmat3 R_FR{1};  // row → form; with a reflection for a tooth of the other side of the jaw
+  glm::dmat3 R_FR{1};  // from row to form; includes a reflection for a tooth of the other side of the jaw
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
   dvec3 from_form(const dvec3& p) const { return at + glm::transpose(R_FR) * p; }

@@ -24,16 +24,16 @@ constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 constexpr double kCoarseFrom = 45e-6;  // m, surface error above which the coarse mesh is used
 constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which the drawn neighbours end
-constexpr double kCrownFrom = 4e-3;    // m above the gum at the working tooth: there are crowns only
+constexpr double kCrownFrom = 4e-3;    // m, height above the gum at the working tooth from which only crowns exist
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
-constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
-constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
-constexpr double kCollarFrom = 4e-3;                        // m from a tooth, where its collar has ended
+constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge from which the gum hides the root
+constexpr double kCollarBlend = 1.0e-3;   // m, blending length of the collar
+constexpr double kCollarFrom = 4e-3;      // m, distance from a tooth at which its collar ends
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
-// m by which the gum's face overlaps the faces of the teeth, so that there is no gap.
+// m, overlap of the gum's face with the faces of the teeth, so that no gap is visible.
 constexpr double kFaceOverlap = 0.05e-3;
-constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind the faces of the teeth
+constexpr double kFaceUnder = 10e-6;  // m, distance by which the gum's face lies behind the faces of the teeth
 
 struct Box {
   dvec3 lo{1e9}, hi{-1e9};  // m, bounds in W
@@ -63,7 +63,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Transforms a point of the neighbour to the tooth; from_tooth() is the inverse.
+  /// Transforms a point of the neighbour to the original tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -92,7 +92,7 @@ struct SurroundingsShape::Impl {
     const RowTooth* row = nullptr;
     Box box;
     dvec3 middle{0, 0, 0};
-    double radius = 0;  // m, of a ball that contains the tooth
+    double radius = 0;  // m, radius of a ball that contains the tooth
   };
 
   SurroundingsPlan plan;
@@ -156,7 +156,7 @@ struct SurroundingsShape::Impl {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
 
-  /// Box around the working tooth in which the gum and the dam are finer.
+  /// Box around the working tooth in which gum and dam have a finer mesh.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
     const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
@@ -169,7 +169,7 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// Box around the whole arch: `side` beyond its curve, `up` over the occlusal plane.
+  /// Box around the whole arch; it extends `side` beyond the arch's curve and `up` above the occlusal plane.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -181,7 +181,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// Distance to the whole tooth, with its root.
+  /// Distance to the whole tooth, including its root.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -193,8 +193,8 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // Show dentin instead of pulp at the cut end of the root: the end is hidden in the gum, but a section shows it from
-    // inside.
+    // The cut end of the root has the colour of dentin instead of pulp: the gum hides the end, but in a section it is
+    // visible from inside.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -214,16 +214,17 @@ struct SurroundingsShape::Impl {
       if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
     // Between two teeth the gum rises towards their contact point and fills the gap below it.
     const double deep = at.depth + jaw.papilla(at);  // depth below the gum's edge at this point
-    // The collar has a rounded edge, and becomes thicker on the root below.
+    // The collar has a rounded edge, and becomes thicker towards the root.
     const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
     const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
                                         (plan.thickness - edge) * (1 - std::exp(-deep / swell))
                                   : deep / 1.5;
     const double collar = teeth - thick;
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
-    return std::max(body, -own - kGumInside);  // hollow at the working tooth: a bur in the tooth meets no gum
+    // the gum is hollow at the working tooth, so a bur inside the tooth does not touch the gum
+    return std::max(body, -own - kGumInside);
   }
-  /// Distance to the sheet of the rubber dam; what is below the sheet belongs to it.
+  /// Distance to the solid that consists of the rubber dam's sheet and everything below it.
   double dam(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = 1;
@@ -246,7 +247,7 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // A tooth that is farther away than the nearest one so far is not evaluated.
+    // A tooth that is farther away than the nearest tooth so far is not evaluated.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -288,8 +289,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     }
     ++body;
   };
-  // The surface of a neighbour ends shortly below the gum, where it is invisible; but the neighbour's face in a section
-  // shows the root within the gum.
+  // The surface of a neighbour ends shortly below the gum, where it is invisible. But in a section, the neighbour's
+  // face includes the root within the gum.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
@@ -324,7 +325,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Makes all vertices of one material; `beneath(p)`: fraction of the colour of `under` at p.
+/// Creates all vertices of one material; `beneath(p)`: visible fraction of the colour of `under` at p.
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -365,7 +366,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
-    if (plan.dam) break;  // the sheet hides them
+    if (plan.dam) break;  // the sheet hides these bodies
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
     add(
@@ -378,7 +379,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // The gum or the dam: fine near the working tooth, coarse along the rest of the row.
+  // Meshes the gum or the dam: with a fine mesh near the working tooth, with a coarse mesh along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& wanted) {
     add(box, voxel, kGumTolerance, fine, distance, gum_label, wanted, [&](auto& mesh) {

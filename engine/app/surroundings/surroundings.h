@@ -1,6 +1,6 @@
-// The surroundings of the working tooth: its neighbours and the gum, built from the tooth's own volume if a scene
-// requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage (task/damage.h). They
-// are not part of the haptic field and are never cut.
+// The surroundings of the working tooth: its neighbours and the gum. They are built from the tooth's own volume if a
+// scene requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage
+// (task/damage.h). They are not part of the haptic field and are never cut.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distance functions, m, negative inside. Far away from a body, or without the body, the value is
-/// any positive number. Thread-safe.
+/// The surroundings as distance functions, m, negative inside. Far away from a body, or if the body does not exist,
+/// the value is any positive number. Thread-safe.
 class SurroundingsShape {
  public:
   /// Builds the distance functions. Throws Error if the volume cannot be read.
@@ -29,9 +29,11 @@ class SurroundingsShape {
   double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbour
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
-  double dam(const dvec3& p_W) const;    // distance to the rubber dam with everything below its sheet
+  // distance to the solid that consists of the rubber dam's sheet and everything below it
+  double dam(const dvec3& p_W) const;
   double clamp(const dvec3& p_W) const;  // distance to the dam's clamp
-  double mouth(const dvec3& p_W) const;  // distance to the tongue, the cheeks and the lips, or to the mask
+  // distance to the tongue, the cheeks and the lips, or to the mask of a phantom head
+  double mouth(const dvec3& p_W) const;
 
   /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the
   /// tooth. Positions are relative to `origin`, m, W.
@@ -51,16 +53,18 @@ struct SurroundingMesh {
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The uncut tooth is inside the gum, and therefore invisible, where dot(covered, (p_W, 1)) < 0. Zero: nowhere.
+  /// The gum covers the uncut tooth, and makes it invisible, at points p_W with dot(covered, (p_W, 1)) < 0. Zero: at
+  /// no point.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m; the coarse mesh is good enough if the allowed surface error is larger
 };
 /// Builds the meshes. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// The surroundings for a scene (Scene::surroundings); empty if it has none.
+/// The surroundings for a scene (Scene::surroundings); empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The same for damage and for hands that avoid the surroundings; empty also if the scene's are not monitored.
+/// The shape for damage, and for hands that avoid the surroundings. Empty also if the scene's surroundings are not
+/// monitored.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

@@ -10,16 +10,17 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;       // m, radius of the tip of a hill
-constexpr double kSideSlope = 0.9;     // scale factor of the side's distance, so that it does not overestimate
-constexpr double kTopSlope = 0.78;     // the same for the occlusal surface
+constexpr double kTip = 0.45e-3;  // m, radius of the tip of a hill
+// scale factor of the distance to the side, so that the distance is not overestimated
+constexpr double kSideSlope = 0.9;
+constexpr double kTopSlope = 0.78;     // scale factor of the distance to the occlusal surface, for the same reason
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
-constexpr double kPulpDepth = 2.7e-3;  // m below the surface
+constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the form
 constexpr double kRootEnd = 0.35;      // width of the root at its end, as a fraction of the neck
 
-/// Half width at height z.
+/// Half of the tooth's width at height z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
   if (z < 0) {
     const double t = std::min(-z / root, 1.0);
@@ -30,11 +31,11 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// m, height of the fine ridges on the slope of a hill. `from_tip`: m; `over`: m above the next hill; there are none
-/// where two hills meet and at the tips.
+/// Height in m of the fine ridges on the slope of a hill. `from_tip`: m, position relative to the tip; `over`: m,
+/// height above the next hill. The height is zero at the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ) by the square of cos φ
+  // cos(4 φ), computed from the square of cos φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }
@@ -46,7 +47,8 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // The side. Its outline lies between an ellipse and a rectangle; the ellipse tells if more than that is needed.
+  // Distance to the side. The side's outline lies between an ellipse and a rectangle; the distance to the ellipse
+  // decides whether the exact outline is needed.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
@@ -56,7 +58,7 @@ double ToothForm::distance(const dvec3& p) const {
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // The occlusal surface is the highest of the hills. Where two of them meet there is a groove.
+  // The occlusal surface is the maximum of all hills. It has a groove where two hills meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

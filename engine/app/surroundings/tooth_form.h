@@ -11,12 +11,12 @@
 
 namespace typodont {
 
-/// A part of the occlusal surface: a cusp, a ridge or an incisal edge. It is a cone with a rounded tip.
+/// A part of the occlusal surface: a cusp, a ridge or an incisal edge. Its shape is a cone with a rounded tip.
 struct ToothHill {
-  glm::dvec2 at{0, 0};       // m, mesial and buccal
-  double height = 0;         // m above the neck
-  double slope = 0.5;        // m per m
-  glm::dvec2 long_by{1, 1};  // the cone is stretched by these factors along mesial and buccal
+  glm::dvec2 at{0, 0};       // m, mesial and buccal position of the tip
+  double height = 0;         // m, height of the tip above the neck
+  double slope = 0.5;        // m per m, slope of the cone
+  glm::dvec2 long_by{1, 1};  // factors by which the cone is stretched in the mesial and buccal directions
 };
 
 /// Frame of the form: x mesial, y buccal, z occlusal; origin in the middle of the neck. Lengths in m.
@@ -24,7 +24,7 @@ struct ToothForm {
   glm::dvec2 widest{0, 0};                       // full widths at the widest part, mesial and buccal
   glm::dvec2 neck{0, 0};                         // full widths at the neck
   glm::dvec2 table{0, 0};                        // full widths at the occlusal end
-  double height = 0;                             // of the crown, to its highest cusp
+  double height = 0;                             // height of the crown up to its highest cusp
   double proximal = 0, buccal = 0, lingual = 0;  // height of the widest part on each side
   double square = 2.5;                           // exponent of the outline's superellipse: 2 is an ellipse
   double rounding = 0;                           // radius of the edge between the side and the occlusal surface

@@ -1,4 +1,5 @@
-// Geometry that chips and droplets share: the field around a point, the air of the suction, and a nozzle on the way.
+// Geometry for chips and droplets: the distance field around a point, the air flow of the suction, and a test whether
+// a path passes a nozzle.
 #pragma once
 
 #include <algorithm>

@@ -40,7 +40,7 @@ inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// Same as move_block, with suction towards a sink.
+/// The same computation as in move_block, with suction towards a sink.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
@@ -77,7 +77,7 @@ double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// Linear interpolation between points that are spaced evenly within each octave.
+// Linear interpolation in a table whose points are spaced evenly within each octave.
 struct DragTable {
   static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // range Re = 2^kLow … 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];

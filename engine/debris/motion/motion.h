@@ -10,15 +10,17 @@ namespace typodont::debris {
 struct Motion {
   float *x, *y, *z;     // m
   float *vx, *vy, *vz;  // m/s
-  // ratio of the velocity relative to the air after and before this step: 1/(1 + rate·dt); 0: at rest
+  // ratio of the velocity relative to the air after this step to that before it: 1/(1 + rate·dt); 0: at rest
   const float* keep;
 };
 
 /// Forces and air flow that act on all particles.
 struct Surroundings {
-  float gravity[3];    // m/s²
-  float sink[3];       // m, position of the suction nozzle
-  float strength = 0;  // m³/s/sr; the air moves towards the sink at strength/r², but stops there; 0: no suction
+  float gravity[3];  // m/s²
+  float sink[3];     // m, position of the suction nozzle
+  // m³/s/sr, strength of the suction; the air moves towards the sink at strength/r² and stops at the sink; 0: no
+  // suction
+  float strength = 0;
 };
 
 /// Advances particles first … last−1 by semi-implicit Euler with drag rate·(v − air): v ← keep·(v + g·dt) + (1 −
@@ -28,7 +30,7 @@ void move(const Motion& motion, std::size_t first, std::size_t last, float dt, c
 /// Reads and writes the same memory as move() with almost no arithmetic: a lower bound for the cost of a step.
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
-/// m/s, mean speed during a step of air at `distance` (m) from a sink.
+/// Mean speed in m/s, during a step, of air at `distance` (m) from a sink.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 
 /// Computes keep = 1/(1 + rate·dt) for another step length.

@@ -107,7 +107,7 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// True if the brick lies completely beyond the plane; a zero plane covers nothing.
+/// True if the brick lies completely beyond the plane; a zero plane covers no brick.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -186,7 +186,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Write directly into memory that the GPU reads. The range is new, so no unfinished frame reads it.
+    // Writes directly into memory that the GPU reads. The range is new, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -306,7 +306,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Divide the brick into pieces, because a brick of the gum is large.
+      // The brick is divided into pieces, because a brick of the gum is large.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
@@ -363,8 +363,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // The teaching views use the same shader for all bricks, except that View::kDifference has a second one for
-        // two-sided bricks.
+        // The teaching views use the same shader for all bricks, except View::kDifference, which has a second shader
+        // for two-sided bricks.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

@@ -15,7 +15,7 @@ namespace typodont::render {
 struct GpuVertex {
   float p[3];         // m, mesh
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
-  // the two tissues; the second one's fraction · 255; low bits: tissue below, high bits: its visible fraction · 15
+  // the two tissues; the second tissue's fraction · 255; low bits: tissue below, high bits: its visible fraction · 15
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
@@ -60,7 +60,7 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // range in the indirect buffer
 };
 
-/// True if the view draws the mesh; true if the view draws the mesh as glass.
+/// Return whether the view draws the mesh, and whether the view draws the mesh as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 

@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // A row of boxes with the same extent as the row above extends that row downwards.
+      // A row of boxes that has the same extent as the row above is joined with the row above.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -144,7 +144,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Quick test: most objects are farther from the tool than its reach.
+  // Quick test, because most objects are farther from the tool than the tool's reach.
   const float most =
       std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;

@@ -74,7 +74,8 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // the columns of rᵀ are the rows of R
+  // GLM stores columns, and the columns of rᵀ are the rows of R
+  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));
   vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);

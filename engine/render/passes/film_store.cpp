@@ -11,7 +11,7 @@ constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM;
 constexpr VkPipelineStageFlags2 kReaders =
     VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
 
-/// The image's axes: the grid stores z first.
+/// Size of the image: the x axis of the image is the z axis of the grid, which is stored first.
 VkExtent3D extent_of(const glm::ivec3& size) {
   return {static_cast<std::uint32_t>(size.z), static_cast<std::uint32_t>(size.y), static_cast<std::uint32_t>(size.x)};
 }
@@ -57,7 +57,7 @@ void FilmStore::set(gpu::Device& device, const FilmGrid& wanted) {
 }
 
 void FilmStore::update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes) {
-  // If no frame was drawn for long, one copy of the whole grid replaces the waiting parts.
+  // If no frame was drawn for a long time, one copy of the whole grid replaces the waiting parts.
   const FilmBox whole{glm::ivec3(0), grid.size - 1};
   if (texels.size() > all.size()) {
     parts.clear();
@@ -77,7 +77,7 @@ void FilmStore::update(std::span<const FilmTexel> all, std::span<const FilmBox> 
 
 void FilmStore::mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const {
   for (const Part& part : parts) {
-    // A texel is visible up to the next sample.
+    // Because of the interpolation, a texel affects the picture up to the neighbouring samples.
     const dvec3 lo = grid.origin + grid.spacing * (dvec3(part.lo) - 1.0),
                 hi = grid.origin + grid.spacing * dvec3(part.lo + part.size);
     tiles.mark(seen_in(clip_from_world, glm::vec3(lo), glm::vec3(hi), picture));

@@ -1,5 +1,5 @@
-// The film of water and slurry on the GPU: a 3-D image of texels about the working tooth. Without a film it is one
-// empty texel, which the descriptor sets need.
+// The film of water and slurry on the GPU: a 3-D image of texels around the working tooth. Without a film, the image
+// is one empty texel, which the descriptor sets need.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@
 namespace typodont::render {
 
 struct FilmStore {
-  FilmGrid grid;  // size 0: no film
+  FilmGrid grid;  // size 0 if there is no film
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
   gpu::Allocation memory;
   SlotBuffers staging;
-  struct Part {  // a changed part of the grid, waiting for the next frame
+  struct Part {  // a changed part of the grid that waits for the next frame
     glm::ivec3 lo{0}, size{0};
-    std::size_t first = 0;  // its first texel in `texels`
+    std::size_t first = 0;  // index of its first texel in `texels`
   };
   std::vector<Part> parts;
   std::vector<FilmTexel> texels;
@@ -28,9 +28,9 @@ struct FilmStore {
   /// Makes an empty image for this grid.
   void set(gpu::Device& device, const FilmGrid& wanted);
   void update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes);
-  /// Marks the tiles that show the changed parts.
+  /// Marks the tiles in which the changed parts are visible.
   void mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const;
-  /// Copies the changed parts into the image, before the frame's drawing. Returns the number of bytes.
+  /// Copies the changed parts into the image before the frame is drawn. Returns the number of copied bytes.
   std::uint64_t record(gpu::Device& device, VkCommandBuffer commands, int slot);
   void destroy(gpu::Device& device);
 };

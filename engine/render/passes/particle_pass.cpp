@@ -15,7 +15,7 @@ struct Instance {
 };
 struct Streak {
   Instance head;
-  float way[3];  // m, from the streak's beginning to its head
+  float way[3];  // m, vector from the streak's beginning to its end
 };
 
 }  // namespace
@@ -25,7 +25,8 @@ void ParticlePass::prepare(PassContext& context, int slot, std::span<const Parti
       std::count_if(particles.begin(), particles.end(), [](const Particle& p) { return p.streak != glm::vec3(0); }));
   count = static_cast<std::uint32_t>(particles.size()) - streaks;
   if (particles.empty()) return;
-  // Six vertices per particle, without instancing: software rendering needs many times longer for many small instances.
+  // A particle is drawn as six vertices without instancing, because software rendering needs many times longer for
+  // many small instances.
   const auto of = [&](SlotBuffers& buffers, std::size_t bytes) -> gpu::Buffer& {
     return buffers.at_least(context.device, slot, bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   };

@@ -29,7 +29,7 @@ struct SurfaceEffects {
 
 /// Draws tissue: first the solid bodies; then, over the background, the bodies that the view draws as glass.
 struct SurfacePass {
-  std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that was drawn so far
+  std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that has been drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // cursor setting for which the pipelines were created
@@ -96,7 +96,7 @@ struct MirrorPass {
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // destroys the pictures and all that depends on their format
+  void destroy_pictures(gpu::Device& device);  // destroys the pictures and all objects that depend on their format
   void destroy(gpu::Device& device);
 };
 
@@ -120,7 +120,7 @@ struct ParticlePass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the hidden area first, at the nearest depth, so that nothing else is drawn there.
+/// Draws the hidden area before all other parts and at the nearest depth, so that nothing else is drawn in this area.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -130,8 +130,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the kept parts of the pictures first, into the depth only and at the nearest depth, so that nothing else is
-/// drawn there.
+/// Draws the parts of the pictures that are kept: only into the depth, before all other parts, and at the nearest
+/// depth, so that nothing else is drawn in these parts.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

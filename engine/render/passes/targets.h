@@ -31,8 +31,8 @@ class Targets {
   /// The image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: the parts that are
-  /// not drawn keep their content.
+  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: the
+  /// parts that are not drawn keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
   /// Begins the pass of one eye, or of both eyes if the device draws them in one pass. Only `box` of the picture is
@@ -53,8 +53,9 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// Samples are averaged at the end of the pass if one pass draws both eyes, otherwise by a separate command for each
-  /// eye. lavapipe 22.3 would average into the first layer, whichever layer the pass names, without an error.
+  /// Samples are averaged at the end of the pass if one pass draws both eyes, otherwise by a separate command for
+  /// each eye. lavapipe 22.3 would always average into the first layer, without an error, even if the pass names
+  /// another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

@@ -18,7 +18,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
   index_count = static_cast<std::uint32_t>(mesh.indices.size());
   blades = mesh.blades;
-  // Shape that casts the shadow: a ball with the head's radius, and the shank.
+  // The shape that casts the shadow consists of a ball with the head's radius and of the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
@@ -87,7 +87,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& mesh) {
   indices = gpu::Buffer::create(device, mesh.indices.size() * sizeof(std::uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(HandpieceVertex));
   std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
-  // Boxes of slices along z and of slices along x: the body is long, and one box of it would cover the whole picture.
+  // Computes boxes of slices along z and along x. The body is long, so a single box would cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : mesh.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
@@ -105,7 +105,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& mesh) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // The slice contains only its part of a long triangle.
+      // A slice contains only its part of a long triangle.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));
