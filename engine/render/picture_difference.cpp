@@ -7,19 +7,18 @@
 #include <functional>
 
 #include "engine/base/units.h"
+#include "engine/render/srgb.h"
 
 namespace typodont::render {
 
 namespace {
 
-double linear(double srgb) {
-  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-}
-
 // Linear sRGB to CIE XYZ, IEC 61966-2-1; by columns.
 const glm::dmat3 kXyzOfRgb{0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522,
                            0.1191920, 0.1804375, 0.0721750, 0.9503041};
 const dvec3 kWhite = kXyzOfRgb * dvec3(1);
+
+}  // namespace
 
 dvec3 lab_of_linear(const dvec3& rgb) {
   const dvec3 xyz = kXyzOfRgb * rgb / kWhite;
@@ -31,11 +30,13 @@ dvec3 lab_of_linear(const dvec3& rgb) {
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 
+namespace {
+
 dvec3 linear_at(const Picture& picture, int x, int y) {
   const std::uint8_t* const p = picture.at(x, y);
   static const std::array<double, 256> table = [] {
     std::array<double, 256> t{};
-    for (std::size_t i = 0; i < t.size(); ++i) t[i] = linear(static_cast<double>(i) / 255);
+    for (std::size_t i = 0; i < t.size(); ++i) t[i] = linear_light(dvec3(static_cast<double>(i) / 255)).x;
     return t;
   }();
   return {table[p[0]], table[p[1]], table[p[2]]};
@@ -163,10 +164,6 @@ std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree)
 }
 
 }  // namespace
-
-dvec3 lab_of_srgb(const dvec3& srgb) {
-  return lab_of_linear({linear(srgb.x), linear(srgb.y), linear(srgb.z)});
-}
 
 double ciede2000(const dvec3& lab_1, const dvec3& lab_2) {
   const auto seventh = [](double x) { return std::pow(x, 7); };

@@ -67,10 +67,10 @@ TEST(PictureDifference, Ciede2000EqualsThePublishedDataInBothDirections) {
 }
 
 TEST(PictureDifference, WhiteHasLightness100AndNoColor) {
-  const dvec3 lab = lab_of_srgb({1, 1, 1});
+  const dvec3 lab = lab_of_linear({1, 1, 1});
   EXPECT_NEAR(lab.x, 100, 1e-9);
   EXPECT_NEAR(glm::length(glm::dvec2(lab.y, lab.z)), 0, 1e-9);
-  EXPECT_NEAR(lab_of_srgb({1, 0, 0}).x, 53.24, 0.01);
+  EXPECT_NEAR(lab_of_linear({1, 0, 0}).x, 53.24, 0.01);
 }
 
 TEST(PictureDifference, EqualPicturesDifferByZero) {
