@@ -34,8 +34,7 @@ constexpr std::uint32_t bits(Fault fault) {
 }
 
 /// Version of the servo's force laws. A recording stores it, so that its replay gives the same bits.
-/// 6: after a hard landing of a cutting tool, the force follows the ledger from the hand's first retreat on; the
-/// cutting law over an implant drill's end is computed in floats. 5: a fast rotation of a long head is cut in fewer
+/// 6: the cutting law over an implant drill's end is computed in floats. 5: a fast rotation of a long head is cut in fewer
 /// straight parts, without the blocks from which the head recedes; the search of an instrument that fills keeps its
 /// speed limit, too. 4: the tangential force of the blades fades when the head comes free; before, it ended in a step.
 /// 3: if contacts hold the tool away from the hand, the tool returns along its own path (offset model). 2: a late patch

@@ -8,22 +8,13 @@ namespace typodont::haptics {
 
 using P = LimitParameters;
 
-/// N, the force change of a cutting tool that is allowed in this tick. By laws 6 it may be `times` the change that the
-/// hand's own motion causes in the coupling's spring: a force that followed a fast hand with a delay would be weaker on
-/// the way in than on the way out, and so give energy to the hand.
-double Servo::State::allowed_change(const ContactTick& now, double times) const noexcept {
-  const double slew = P::drilling_slew * now.dt;
-  if (settings.laws < 6) return slew;
-  return std::max(slew, times * settings.stiffness * coupling.relative_stiffness * glm::length(now.moved));
-}
-
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   // Limits the force change of a head that lands in its own cut, after a fall from a rim or through soft tissue. The
   // limit does not include the vibration, which the hand should feel.
   if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
     const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
-    const double size = glm::length(change), over = size - allowed_change(now, 1);
+    const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
     if (over > 0) now.force -= change * (std::min(over, P::lag_limit) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
@@ -69,12 +60,10 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   if (now.contact.late) l.unpaid = true;
   const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
   const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
-  const double ratio = settings.laws >= 6 ? P::unpaid_ratio : P::unpaid_ratio_of_laws_5;
-  if (now.in.cuts && ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
+  if (now.in.cuts && P::unpaid_ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
   if (strength <= most && !now.contact.rejoining) l.unpaid = false;
   if (!(l.unpaid && strength > most)) return 1;
-  // Twice the spring's own change, so that the force comes down to what the ledger can pay for during the retreat.
-  return std::max(most, glm::length(l.last_force) - allowed_change(now, 2)) / strength;
+  return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {

@@ -63,9 +63,8 @@ struct LimitParameters {
   static constexpr double debt = 2e-9;       // J, limit of the ledger's debt that counts as rounding
   // N, force that the coupling may always give, even if the ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for; versions 2 to 5
-  // of the force laws used the second value
-  static constexpr double unpaid_ratio = 1, unpaid_ratio_of_laws_5 = 2;
+  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
+  static constexpr double unpaid_ratio = 2;
 };
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).

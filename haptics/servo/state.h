@@ -214,7 +214,6 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  double allowed_change(const ContactTick& now, double times) const noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;
