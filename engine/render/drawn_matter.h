@@ -2,6 +2,9 @@
 // tissues: they occur only in render::Vertex, never in a field, a file or a force.
 #pragma once
 
+#include <array>
+#include <string_view>
+
 #include "engine/contract/tissue.h"
 
 namespace typodont::render {
@@ -10,5 +13,13 @@ inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{
     kRubber{kTissueCount + 3}, kAcrylic{kTissueCount + 4}, kPlastic{kTissueCount + 5};
 // number of tissues and materials; also the length of the arrays in shared.h
 inline constexpr int kMatterCount = kTissueCount + 6;
+
+/// Name of a tissue or material in files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.
+inline std::string_view matter_name(int index) noexcept {
+  constexpr std::array<std::string_view, kMatterCount - kTissueCount> kNames = {"mucosa", "tongue",  "skin",
+                                                                                "rubber", "acrylic", "plastic"};
+  return index < kTissueCount ? name_of(static_cast<Tissue>(index))
+                              : kNames[static_cast<std::size_t>(index - kTissueCount)];
+}
 
 }  // namespace typodont::render

@@ -168,9 +168,9 @@ ordered_json light_json(const render::Lights& lights) {
 ordered_json colors_json(const MaterialTable& materials) {
   ordered_json colors = ordered_json::object();
   const auto looks = render::appearances_of(materials);
-  for (int t = 1; t < kTissueCount; ++t) {
+  for (int t = 1; t < render::kMatterCount; ++t) {
     const dvec3& c = looks[static_cast<std::size_t>(t)].color;
-    colors[std::string(name_of(static_cast<Tissue>(t)))] = {c.x, c.y, c.z};
+    colors[std::string(render::matter_name(t))] = {c.x, c.y, c.z};
   }
   return colors;
 }

@@ -22,7 +22,7 @@ namespace {
 /// for other sizes.
 struct Lead {
   // m/s, pace through the air with a hand instrument, and with a running drill
-  static constexpr double travel_pace = 60e-3, drill_travel_pace = 75e-3;
+  static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
   static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
   // An edge slows down where it changes direction: m/s, its pace there, and s, duration of the slowdown.

@@ -6,6 +6,7 @@
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
+#include "engine/render/drawn_matter.h"
 
 namespace typodont {
 
@@ -49,8 +50,8 @@ void ShownGeometry::add(const render::ToolMesh& tool, const Pose& X_WG, float bl
 
 void ShownGeometry::write(const std::filesystem::path& file) const {
   std::string labels;
-  for (int t = 0; t < kTissueCount; ++t)
-    labels += fmt::format("comment tissue {} {}\n", t, name_of(static_cast<Tissue>(t)));
+  for (int t = 0; t < render::kMatterCount; ++t)
+    labels += fmt::format("comment tissue {} {}\n", t, render::matter_name(t));
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment Typodont, millimetres, frame W\n{}element vertex {}\n"
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
