@@ -1,4 +1,4 @@
-// Escapes text for HTML and SVG.
+// Text for HTML and SVG.
 #pragma once
 
 #include <string>
@@ -32,6 +32,16 @@ inline std::string escaped(std::string_view text) {
     }
   }
   return out;
+}
+
+/// The beginning of an HTML page in English, up to and including its heading. `style`: CSS, not escaped.
+inline std::string page_head(std::string_view title, std::string_view style) {
+  const std::string text = escaped(title);
+  std::string out =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>";
+  out.append(text).append("</title><style>").append(style).append("</style></head><body>\n<h1>");
+  return out.append(text).append("</h1>\n");
 }
 
 }  // namespace typodont

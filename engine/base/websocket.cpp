@@ -3,6 +3,8 @@
 #include <array>
 #include <bit>
 
+#include "engine/base/base64.h"
+
 namespace typodont {
 
 namespace {
@@ -43,18 +45,6 @@ std::array<std::uint8_t, 20> sha1(std::string_view text) {
 }
 
 }  // namespace
-
-std::string base64(std::span<const std::uint8_t> bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t v = bytes[i] << 16;
-    if (i + 1 < bytes.size()) v |= bytes[i + 1] << 8;
-    if (i + 2 < bytes.size()) v |= bytes[i + 2];
-    for (std::size_t k = 0; k < 4; ++k) out += k <= bytes.size() - i ? kDigits[v >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 std::string websocket_accept(std::string_view key) {
   return base64(sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"));

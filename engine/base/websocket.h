@@ -8,8 +8,6 @@
 
 namespace typodont {
 
-std::string base64(std::span<const std::uint8_t> bytes);
-
 /// The server's answer to a client's key (RFC 6455, 4.2.2).
 std::string websocket_accept(std::string_view key);
 

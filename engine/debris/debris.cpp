@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "engine/debris/film.h"
 #include "engine/debris/motion/contact.h"
@@ -375,14 +376,13 @@ double Debris::mass(std::size_t i) const noexcept {
 
 std::uint64_t Debris::hash() const noexcept {
   const State& s = *state_;
-  std::uint64_t h = 0xcbf29ce484222325u;
-  auto mix = [&h](float value) { h = (h ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3u; };
+  Fnv1a hash;
   for (std::size_t i = 0; i < s.count; ++i) {
     const std::size_t at = s.slot(i);
-    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz}) mix((*array)[at]);
-    mix(s.chips[at].mass0);
+    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz}) hash.add((*array)[at]);
+    hash.add(s.chips[at].mass0);
   }
-  return h;
+  return hash.value;
 }
 
 }  // namespace typodont::debris

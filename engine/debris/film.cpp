@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <utility>
 
+#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 
 namespace typodont::debris {
@@ -496,15 +496,14 @@ FilmLedger Film::ledger() const {
 }
 
 std::uint64_t Film::hash() const {
-  std::uint64_t h = 0xcbf29ce484222325u;
-  const auto mix = [&h](double value) { h = (h ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3u; };
+  Fnv1a hash;
   for (const std::int32_t i : state_->loaded) {
     const Load& load = state_->load[static_cast<std::size_t>(i)];
-    h = (h ^ static_cast<std::uint64_t>(i)) * 0x100000001b3u;
-    mix(load.water);
-    for (const double kg : load.solids) mix(kg);
+    hash.add(i);
+    hash.add(load.water);
+    for (const double kg : load.solids) hash.add(kg);
   }
-  return h;
+  return hash.value;
 }
 
 void Film::take_changed(std::vector<glm::ivec3>& out) {

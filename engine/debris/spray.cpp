@@ -1,10 +1,10 @@
 #include "engine/debris/spray.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <vector>
 
+#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "engine/debris/motion/contact.h"
 #include "engine/debris/motion/motion.h"
@@ -244,13 +244,12 @@ std::size_t Spray::write_points(std::span<DebrisPoint> points) const {
 }
 
 std::uint64_t Spray::hash() const {
-  std::uint64_t h = 0xcbf29ce484222325u;
-  const auto mix = [&h](double value) { h = (h ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3u; };
+  Fnv1a hash;
   for (const Droplet& drop : state_->droplets) {
-    for (int a = 0; a < 3; ++a) mix(drop.p[a]), mix(drop.v[a]);
-    mix(drop.load.water);
+    for (int a = 0; a < 3; ++a) hash.add(drop.p[a]), hash.add(drop.v[a]);
+    hash.add(drop.load.water);
   }
-  return h;
+  return hash.value;
 }
 
 }  // namespace typodont::debris

@@ -92,9 +92,9 @@ struct Renderer::Impl {
     destroy_pictures();
     destroy_passes();
     shadow.destroy(device);
-    tool_body.destroy(device);
-    handpiece_body.destroy(device);
-    tip_body.destroy(device);
+    tool_body.mesh.destroy(device);
+    handpiece_body.mesh.destroy(device);
+    tip_body.mesh.destroy(device);
     mirror.destroy(device);
     hidden.destroy(device);
     mask.destroy(device);
@@ -163,7 +163,7 @@ struct Renderer::Impl {
 
   /// The effects that this scene needs; the others are compiled out.
   SurfaceEffects effects() const {
-    return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.index_count > 0,
+    return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
             .film = film.on()};
   }
@@ -252,7 +252,7 @@ struct Renderer::Impl {
     if (tip.opening <= 0) return;
     SuctionTip wanted = tip;
     wanted.X_WS = tip_made.X_WS;
-    if (tip_body.index_count && same_tip(wanted, tip_made)) return;
+    if (tip_body.mesh.index_count && same_tip(wanted, tip_made)) return;
     vkDeviceWaitIdle(device.device);
     tip_made = wanted;
     tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
@@ -398,7 +398,7 @@ struct Renderer::Impl {
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
     constexpr double kSeenBeside = 2.2e-3;  // m
-    if (!state.visible || !handpiece_body.index_count) return;
+    if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
     tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
     push_view(commands, context.layout, view);

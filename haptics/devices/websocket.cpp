@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/websocket.h"
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <set>
 
+#include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/session/film.h"
 #include "engine/session/page/plot.h"
@@ -534,7 +535,7 @@ TEST(Plot, AxisStepsAreRoundNumbersAndBase64IsStandard) {
   EXPECT_EQ(decimals_for(0.5), 1);
   EXPECT_EQ(decimals_for(0.02), 2);
   EXPECT_EQ(decimals_for(5), 0);
-  const auto encode = [](std::string_view s) { return base64({s.begin(), s.end()}); };
+  const auto encode = [](std::string_view s) { return base64(std::vector<std::uint8_t>(s.begin(), s.end())); };
   // RFC 4648, section 10.
   EXPECT_EQ(encode(""), "");
   EXPECT_EQ(encode("f"), "Zg==");

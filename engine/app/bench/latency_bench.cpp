@@ -1,7 +1,6 @@
 // Measures the latency of the whole program: from a motion of the hand to its effects, and from the command to the
 // first tick and picture. Uses wall-clock time, because waiting times are part of the latency.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -22,6 +21,7 @@
 #include "engine/app/workbench.h"
 #include "engine/base/json.h"
 #include "engine/base/measure.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
 
@@ -35,21 +35,6 @@ using namespace literals;
 constexpr double kTouchTime = 0.4;  // s, time at which the hand's step reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
-/// A temporary folder that only this bench uses.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string pattern = (fs::temp_directory_path() / "typodont_latency_XXXXXX").string();
-    path = mkdtemp(pattern.data());
-  }
-  ~Folder() {
-    std::error_code code;
-    fs::remove_all(path, code);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-};
-
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
   return {.name = std::move(name),
           .knob = std::move(knob),
@@ -61,13 +46,13 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
 
 /// An explorer rests above a block, steps onto the block at kTouchTime and stays there. So the sound is silence, then
 /// a tap.
-void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
-  const fs::path hand = folder.path / "hand.csv", wav = folder.path / "s.wav", session = folder.path / "s.h5";
+void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
+  const fs::path hand = folder.path() / "hand.csv", wav = folder.path() / "s.wav", session = folder.path() / "s.h5";
   std::ofstream(hand) << fmt::format(
       "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n{0},0,0,2.8,1,0,0,0,0\n{1},0,0,2.0,1,0,0,0,0\n0.8,0,"
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
-  const fs::path file = folder.path / "scene.json";
+  const fs::path file = folder.path() / "scene.json";
   // The scene draws nothing, because picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
@@ -171,8 +156,9 @@ Took time_of(const std::string& command, const fs::path& file) {
 }
 
 /// Runs each command as a user would: the first run fills the caches, the second run is measured.
-void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
-  const fs::path hand = folder.path / "still.csv", said = folder.path / "said.json", picture = folder.path / "left.png";
+void start_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
+  const fs::path hand = folder.path() / "still.csv", said = folder.path() / "said.json",
+                 picture = folder.path() / "left.png";
   std::ofstream(hand) << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n9,0,0,30,1,0,0,0,0\n";
   const std::string program = fs::read_symlink("/proc/self/exe").string();
   const std::string scene = (assets_folder() / "scenes/molar-caries.json").string();
@@ -204,7 +190,7 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
     tick = std::min(tick, live(0.5, "", "first_tick_s"));
     const std::string rig = fmt::format("--rig '{}'", (assets_folder() / "rigs/window.json").string());
     if (desktop) frame = std::min(frame, live(3, rig.c_str(), "first_frame_s"));
-    const Took took = time(fmt::format("render '{}' --out '{}' --size 1280x1024", scene, folder.path.string()));
+    const Took took = time(fmt::format("render '{}' --out '{}' --size 1280x1024", scene, folder.path().string()));
     pictures = {std::min(pictures.there, took.there), std::min(pictures.end, took.end)};
   }
   add("start and end of the command without work", kWarm, nothing);
@@ -218,7 +204,7 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
 }  // namespace
 
 std::vector<BenchRow> bench_latency(const BenchRun& run) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::vector<BenchRow> rows;
   start_rows(folder, rows);
   step_rows(folder, rows);

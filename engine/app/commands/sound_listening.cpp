@@ -1,7 +1,6 @@
 #include "engine/app/commands/sound_listening.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,36 +15,17 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/experiment/abx.h"
 #include "engine/app/sound_picture.h"
+#include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/markup.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
-#include "engine/base/websocket.h"
 
 namespace typodont {
 
 namespace {
-
-/// A folder for intermediate files, removed with everything in it.
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "typodont-sound-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw RunFailure(pattern + ": cannot be created");
-    path_ = pattern;
-  }
-  ~WorkFolder() {
-    std::error_code code;
-    std::filesystem::remove_all(path_, code);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::vector<std::uint8_t> bytes_of(const std::filesystem::path& file) {
   const std::string text = read_input(file, InputKind::kAny);
@@ -96,28 +76,27 @@ void run_page(const PageCommand& c) {
   const audio::FitReport fit = audio::fit_recording(c.recording, c.options);
   const audio::ArModel model = c.model.empty() ? fit.model : audio::load_model(c.model);
   const audio::Recording recording = audio::read_recording(c.recording);
-  const WorkFolder folder;
+  const TemporaryFolder folder;
   const auto all = recording.mono(c.options.channel);
   const auto first = static_cast<std::size_t>(fit.from * recording.rate);
   const auto count =
       std::min(all.size() - first, static_cast<std::size_t>(std::min(c.seconds, fit.to - fit.from) * recording.rate));
-  write_wav(folder / "recording.wav", std::span(all).subspan(first, count), recording.rate);
-  write_wav(folder / "model.wav", sound_of(model, fit, c.seconds), model.rate);
+  write_wav(folder.path() / "recording.wav", std::span(all).subspan(first, count), recording.rate);
+  write_wav(folder.path() / "model.wav", sound_of(model, fit, c.seconds), model.rate);
   const audio::Comparison compared =
-      audio::compare_sounds(folder / "recording.wav", folder / "model.wav", {.constant_speed = true});
+      audio::compare_sounds(folder.path() / "recording.wav", folder.path() / "model.wav", {.constant_speed = true});
 
-  std::string page = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{0}</title><style>body{{font:16px/1.5 system-ui,sans-serif;"
-      "max-width:90rem;margin:2rem auto;padding:0 1rem;color:#1d2330;background:#fff}}img{{max-width:100%;height:auto}}"
-      "main{{display:grid;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr));gap:1rem}}figure{{margin:0}}"
-      "audio{{width:100%}}table{{border-collapse:collapse;font-variant-numeric:tabular-nums}}"
-      "td,th{{border:1px solid #c9ced8;padding:.25rem .6rem;text-align:right}}th{{text-align:left}}</style></head>"
-      "<body>\n<h1>{0}</h1>\n<main>\n",
-      escaped(std::filesystem::path(c.recording).filename().string() + " and its model"));
+  std::string page =
+      page_head(std::filesystem::path(c.recording).filename().string() + " and its model",
+                "body{font:16px/1.5 system-ui,sans-serif;max-width:90rem;margin:2rem auto;padding:0 1rem;color:#1d2330;"
+                "background:#fff}img{max-width:100%;height:auto}main{display:grid;"
+                "grid-template-columns:repeat(auto-fit,minmax(24rem,1fr));gap:1rem}figure{margin:0}audio{width:100%}"
+                "table{border-collapse:collapse;font-variant-numeric:tabular-nums}"
+                "td,th{border:1px solid #c9ced8;padding:.25rem .6rem;text-align:right}th{text-align:left}");
+  page += "<main>\n";
   const double up_to = std::min({c.up_to, recording.rate / 2, model.rate / 2});
   for (const auto& [name, title] : {std::pair{"recording", "Recording"}, {"model", "Model"}}) {
-    const auto wav = folder / (std::string(name) + ".wav").c_str(), png = folder / (std::string(name) + ".png").c_str();
+    const auto wav = folder.path() / (std::string(name) + ".wav"), png = folder.path() / (std::string(name) + ".png");
     render::write_png(png, picture_of_sound(wav, up_to, {900, 380}).picture);
     page += fmt::format(
         "<figure><figcaption>{0}</figcaption><audio controls src=\"data:audio/wav;base64,{1}\"></audio><img "
@@ -194,12 +173,12 @@ void make_abx(const AbxCommand& c) {
   }
   const AbxKey key = abx_key(c.sounds[0], c.sounds[1], c.trials, seed);
   std::mt19937_64 random(seed ^ 0xabc);
-  const WorkFolder folder;
+  const TemporaryFolder folder;
   std::vector<std::vector<std::uint8_t>> sounds;
   const auto add = [&](std::size_t which) {
     const double last = static_cast<double>(whole[which].size()) / rates[which] - c.excerpt;
     const double from = std::max(0.0, last) * static_cast<double>(random() >> 11) * 0x1p-53;
-    const auto file = folder / "part.wav";
+    const auto file = folder.path() / "part.wav";
     write_wav(file, excerpt_of(whole[which], rates[which], from, c.excerpt), rates[which]);
     sounds.push_back(bytes_of(file));
     std::filesystem::remove(file);

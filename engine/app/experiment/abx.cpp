@@ -7,11 +7,11 @@
 #include <random>
 #include <sstream>
 
+#include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/markup.h"
-#include "engine/base/websocket.h"
 
 namespace typodont {
 
@@ -95,13 +95,13 @@ std::string abx_page(const AbxKey& key, const std::vector<std::vector<std::uint8
     return fmt::format("<audio controls preload=\"auto\" src=\"data:audio/wav;base64,{}\"></audio>", base64(sounds[i]));
   };
   std::string page =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>Blind listening</title><style>body{font:16px/1.5 "
-      "system-ui,sans-serif;max-width:50rem;margin:2rem auto;padding:0 1rem;color:#1d2330;background:#fff}"
-      "fieldset{border:1px solid #c9ced8;margin:.6rem 0}audio{vertical-align:middle}label{margin-left:1rem}"
-      "textarea{width:100%;height:8rem}</style></head><body>\n<h1>Blind listening</h1>\n<p>Listen to A and B with "
-      "headphones, as often as you like. In each trial, X is another part of one of them: say of which. If you "
-      "cannot tell, guess. All parts are equally loud.</p>\n";
+      page_head("Blind listening",
+                "body{font:16px/1.5 system-ui,sans-serif;max-width:50rem;margin:2rem auto;padding:0 1rem;color:#1d2330;"
+                "background:#fff}fieldset{border:1px solid #c9ced8;margin:.6rem 0}audio{vertical-align:middle}"
+                "label{margin-left:1rem}textarea{width:100%;height:8rem}");
+  page +=
+      "<p>Listen to A and B with headphones, as often as you like. In each trial, X is another part of one of them: "
+      "say of which. If you cannot tell, guess. All parts are equally loud.</p>\n";
   page += fmt::format("<p>A {}</p>\n<p>B {}</p>\n<form id=\"trials\">\n", player(0), player(1));
   for (std::size_t i = 0; i < key.x_is_b.size(); ++i) {
     page += fmt::format(

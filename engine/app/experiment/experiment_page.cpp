@@ -140,11 +140,9 @@ std::string interval_of(const Estimate& e, double scale = 1) {
 std::string page_of(const ExperimentPlan& plan, const ExperimentResult& result,
                     const std::vector<AnsweredTrial>& answered, const std::string& title) {
   const std::string unit(unit_of(result.question));
-  std::string page = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{0}</title><style>{1}</style></head><body>\n<h1>{0}</h1>\n"
-      "<p>{2} {3} two-alternative trials, order random (seed {4}).</p>\n",
-      escaped(title), kStyle, escaped(words_of(plan.question)), result.trials, plan.seed);
+  std::string page = page_head(title, kStyle);
+  page += fmt::format("<p>{} {} two-alternative trials, order random (seed {}).</p>\n",
+                      escaped(words_of(plan.question)), result.trials, plan.seed);
   page += "<table><tr><th></th><th>estimate</th><th>95 % interval</th></tr>\n";
   if (result.fit) {
     const PsychometricFit& fit = *result.fit;

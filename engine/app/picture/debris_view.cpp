@@ -137,8 +137,11 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
 /// Cuts the coarse field, so that water flows into the cavity.
 void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
   Water& water = *water_;
-  water.head = haptics::HeadField(tool, 1);
-  water.reach = tool.reach();
+  if (water.tool != cut.tool) {
+    water.tool = cut.tool;
+    water.head = haptics::HeadField(tool, 1);
+    water.reach = tool.reach();
+  }
   water.uncut = cut.X_WB;
   if (!water.cut_at || glm::length(cut.X_WB.p - water.cut_at->p) > kCutSteps) carve_pending();
 }

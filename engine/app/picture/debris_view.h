@@ -96,6 +96,7 @@ class DebrisView {
     double since_shown = 0;  // s, time since the picture was updated
     // Pose of the head at the last cut that the field does not contain yet, and pose at which the field was cut last.
     std::optional<Pose> uncut, cut_at;
+    std::optional<std::uint32_t> tool;  // index of the tool to which `head` and `reach` belong
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
     std::uint64_t droplets = 0, cells = 0, texels = 0;  // work that was already counted

@@ -152,10 +152,12 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
 
 void SoftGumView::move(const haptics::SoftMove& move) {
   inward_[move.point] = move.inward;
-  for (const std::uint32_t brick : bricks_of_[move.point]) {
-    if (std::exchange(rest_[brick].changed, true)) continue;
-    changed_.push_back(brick);
-  }
+  for (const std::uint32_t brick : bricks_of_[move.point]) mark(brick);
+}
+
+/// From the next follow() on, the brick is drawn anew.
+void SoftGumView::mark(std::uint32_t brick) {
+  if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
 }
 
 void SoftGumView::take(haptics::SoftTissue& tissue) {
@@ -170,7 +172,7 @@ void SoftGumView::reset() {
   std::fill(inward_.begin(), inward_.end(), 0.0f);
   wounds_.clear();
   for (std::uint32_t brick = 0; brick < bricks_.size(); ++brick) {
-    if (bricks_[brick].version > 0 && !std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
+    if (bricks_[brick].version > 0) mark(brick);
   }
 }
 
@@ -181,7 +183,7 @@ void SoftGumView::follow(Nanos t) {
     wound.drawn = radius;
     for (std::uint32_t brick = 0; brick < rest_.size(); ++brick) {
       if (glm::length(rest_[brick].middle - wound.place.p_W) > rest_[brick].radius + 1.2 * radius) continue;
-      if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
+      mark(brick);
     }
   }
   if (changed_.empty()) return;

@@ -65,6 +65,7 @@ class SoftGumView {
   };
 
   void add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse);
+  void mark(std::uint32_t brick);
   void make(std::size_t brick);
   float blood_at(const dvec3& p_W) const;
 

@@ -6,7 +6,7 @@
 namespace typodont::render {
 
 void MirrorPass::prepare(gpu::Device& device, double wanted) {
-  if (body.index_count && diameter == wanted) return;
+  if (body.mesh.index_count && diameter == wanted) return;
   diameter = wanted;
   vkDeviceWaitIdle(device.device);
   body.set(device, make_mirror_body(wanted));
@@ -42,7 +42,7 @@ void MirrorPass::destroy_pictures(gpu::Device& device) {
 
 void MirrorPass::destroy(gpu::Device& device) {
   destroy_pictures(device);
-  body.destroy(device);
+  body.mesh.destroy(device);
 }
 
 }  // namespace typodont::render

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <span>
 
 #include "engine/render/passes/bricks.h"
 #include "engine/render/passes/context.h"
@@ -48,10 +50,18 @@ struct SurfacePass {
   }
 };
 
+/// Triangles on the GPU, whose vertices have the format of the pipeline that draws them.
+struct IndexedMesh {
+  gpu::Buffer vertices, indices;
+  std::uint32_t index_count = 0;  // 0: empty
+  void set(gpu::Device& device, std::span<const std::byte> vertex_bytes, std::span<const std::uint32_t> new_indices);
+  void draw(VkCommandBuffer commands, FrameStats& stats) const;
+  void destroy(gpu::Device& device);
+};
+
 /// A tool's mesh on the GPU.
 struct ToolBody {
-  gpu::Buffer vertices, indices;
-  std::uint32_t index_count = 0;
+  IndexedMesh mesh;
   int blades = 1;                                           // ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
@@ -60,18 +70,15 @@ struct ToolBody {
     float low = 0, high = 0, radius = 0;  // m
   };
   std::array<Slice, 8> slices{};
-  void set(gpu::Device& device, const ToolMesh& mesh);
-  void destroy(gpu::Device& device);
+  void set(gpu::Device& device, const ToolMesh& shape);
 };
 
 /// A handpiece's mesh on the GPU.
 struct HandpieceBody {
-  gpu::Buffer vertices, indices;
-  std::uint32_t index_count = 0;  // 0: there is no handpiece
+  IndexedMesh mesh;               // empty: there is no handpiece
   RoundCone head, body;           // shape that casts the shadow, H
   std::vector<BoxInWorld> boxes;  // boxes that contain the triangles, in H
-  void set(gpu::Device& device, const HandpieceMesh& mesh);
-  void destroy(gpu::Device& device);
+  void set(gpu::Device& device, const HandpieceMesh& shape);
 };
 
 struct ToolPass {

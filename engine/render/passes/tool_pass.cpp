@@ -9,20 +9,38 @@
 
 namespace typodont::render {
 
-void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
+void IndexedMesh::set(gpu::Device& device, std::span<const std::byte> vertex_bytes,
+                      std::span<const std::uint32_t> new_indices) {
+  destroy(device);
+  index_count = static_cast<std::uint32_t>(new_indices.size());
+  if (!index_count) return;
+  vertices = gpu::Buffer::create(device, vertex_bytes.size(), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  indices = gpu::Buffer::create(device, new_indices.size_bytes(), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  std::memcpy(vertices.memory.mapped, vertex_bytes.data(), vertex_bytes.size());
+  std::memcpy(indices.memory.mapped, new_indices.data(), new_indices.size_bytes());
+}
+
+void IndexedMesh::draw(VkCommandBuffer commands, FrameStats& stats) const {
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffer, &zero);
+  vkCmdBindIndexBuffer(commands, indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, index_count, 1, 0, 0, 0);
+  ++stats.commands;
+}
+
+void IndexedMesh::destroy(gpu::Device& device) {
   vertices.destroy(device);
   indices.destroy(device);
-  vertices = gpu::Buffer::create(device, mesh.vertices.size() * sizeof(ToolVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-  indices = gpu::Buffer::create(device, mesh.indices.size() * sizeof(std::uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
-  std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(ToolVertex));
-  std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
-  index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  blades = mesh.blades;
+}
+
+void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
+  mesh.set(device, std::as_bytes(std::span(shape.vertices)), shape.indices);
+  blades = shape.blades;
   // The shape that casts the shadow consists of a ball with the head's radius and of the shank.
   head_radius = shank_radius = shank_end = 0;
-  for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
+  for (const ToolVertex& v : shape.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
-  for (const ToolVertex& v : mesh.vertices) {
+  for (const ToolVertex& v : shape.vertices) {
     low = std::min({low, v.p.z, v.hull_p.z});
     high = std::max({high, v.p.z, v.hull_p.z});
   }
@@ -30,10 +48,10 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
   // A triangle may overlap several slices; each of these slices includes the triangle's radii.
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+  for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const ToolVertex& v = mesh.vertices[mesh.indices[i + k]];
+      const ToolVertex& v = shape.vertices[shape.indices[i + k]];
       from = std::min({from, v.p.z, v.hull_p.z});
       to = std::max({to, v.p.z, v.hull_p.z});
       radius = std::max({radius, glm::length(glm::vec2(v.p)), glm::length(glm::vec2(v.hull_p))});
@@ -41,21 +59,16 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
     for (Slice& s : slices)
       if (from <= s.high && to >= s.low) s.radius = std::max(s.radius, radius);
   }
-  for (const ToolVertex& v : mesh.vertices) {
+  for (const ToolVertex& v : shape.vertices) {
     const double r = glm::length(glm::dvec2(v.hull_p));
     if (v.hull_p.z < 0.1 * shank_end) head_radius = std::max(head_radius, r);
     if (v.hull_p.z > 0.5 * shank_end) shank_radius = std::max(shank_radius, r);
   }
 }
 
-void ToolBody::destroy(gpu::Device& device) {
-  vertices.destroy(device);
-  indices.destroy(device);
-}
-
 void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
                       FrameStats& stats) {
-  if (!body.index_count) return;
+  if (!body.mesh.index_count) return;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
     o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -68,37 +81,27 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, X_WB);
-  const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &body.vertices.buffer, &zero);
-  vkCmdBindIndexBuffer(commands, body.indices.buffer, 0, VK_INDEX_TYPE_UINT32);
-  vkCmdDrawIndexed(commands, body.index_count, 1, 0, 0, 0);
-  ++stats.commands;
+  body.mesh.draw(commands, stats);
 }
 
-void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& mesh) {
-  destroy(device);
-  index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  head = mesh.head;
-  body = mesh.body;
+void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
+  mesh.set(device, std::as_bytes(std::span(shape.vertices)), shape.indices);
+  head = shape.head;
+  body = shape.body;
   boxes.clear();
-  if (!index_count) return;
-  vertices =
-      gpu::Buffer::create(device, mesh.vertices.size() * sizeof(HandpieceVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-  indices = gpu::Buffer::create(device, mesh.indices.size() * sizeof(std::uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
-  std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(HandpieceVertex));
-  std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
+  if (!mesh.index_count) return;
   // Computes boxes of slices along z and along x. The body is long, so a single box would cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
-  for (const HandpieceVertex& v : mesh.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
+  for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
   const int axis = hi.x - lo.x > hi.z - lo.z ? 0 : 2;
   std::array<BoxInWorld, kSlices> slices;
   slices.fill({dvec3(1e9), dvec3(-1e9)});
   const float step = std::max((hi[axis] - lo[axis]) / kSlices, 1e-9f);
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+  for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     glm::vec3 least(1e9f), most(-1e9f);
     for (std::size_t k = 0; k < 3; ++k) {
-      const glm::vec3& p = mesh.vertices[mesh.indices[i + k]].p;
+      const glm::vec3& p = shape.vertices[shape.indices[i + k]].p;
       least = glm::min(least, p), most = glm::max(most, p);
     }
     const int first = std::clamp(static_cast<int>((least[axis] - lo[axis]) / step), 0, kSlices - 1);
@@ -116,14 +119,9 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& mesh) {
     if (box.lo.x <= box.hi.x) boxes.push_back(box);
 }
 
-void HandpieceBody::destroy(gpu::Device& device) {
-  vertices.destroy(device);
-  indices.destroy(device);
-}
-
 void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body,
                                 const Pose& X_WH, FrameStats& stats) {
-  if (!body.index_count) return;
+  if (!body.mesh.index_count) return;
   if (!handpiece_pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_handpiece_vert, kSpirv_handpiece_frag);
     o.bindings = {{0, sizeof(HandpieceVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -140,11 +138,7 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
   push(commands, context.layout, X_WH);
-  const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &body.vertices.buffer, &zero);
-  vkCmdBindIndexBuffer(commands, body.indices.buffer, 0, VK_INDEX_TYPE_UINT32);
-  vkCmdDrawIndexed(commands, body.index_count, 1, 0, 0, 0);
-  ++stats.commands;
+  body.mesh.draw(commands, stats);
 }
 
 }  // namespace typodont::render

@@ -51,7 +51,4 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
 std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
                          const NumberText& number);
 
-/// Base64 according to RFC 4648.
-std::string base64(const std::vector<unsigned char>& bytes);
-
 }  // namespace typodont::session

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/base64.h"
 #include "engine/base/units.h"
 #include "engine/session/page/model_colors.h"
 #include "engine/session/page/page.h"
@@ -149,7 +150,7 @@ std::string Page::model_data(const Views& at) const {
   const float largest = std::max({extent.x, extent.y, extent.z, 1e-6f}), step = largest / 2 / 32767;
   const auto raw = []<class T>(const std::vector<T>& values) {
     const auto* p = reinterpret_cast<const unsigned char*>(values.data());
-    return base64(std::vector<unsigned char>(p, p + values.size() * sizeof(T)));
+    return base64({p, values.size() * sizeof(T)});
   };
   const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
   std::vector<std::string> meshes;

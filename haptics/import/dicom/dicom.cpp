@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "haptics/import/dicom/dicom_process.h"
 #include "haptics/import/dicom/zip.h"

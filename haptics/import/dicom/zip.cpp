@@ -1,14 +1,12 @@
 #include "haptics/import/dicom/zip.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -169,16 +167,6 @@ class Archive {
 };
 
 }  // namespace
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "typodont_scan_XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
-  path_ = pattern;
-}
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code code;
-  std::filesystem::remove_all(path_, code);
-}
 
 bool is_zip(std::string_view first_bytes) {
   return first_bytes.starts_with("PK\3\4");

@@ -7,19 +7,6 @@
 
 namespace typodont::haptics::importing {
 
-/// A temporary folder that only this user can read; it is deleted with its content when the object is destroyed.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 bool is_zip(std::string_view first_bytes);
 
 /// Unpacks all files (stored or deflated, not encrypted, at most 4 GB). Files get numbers instead of their names, so
