@@ -56,6 +56,15 @@ bool NearPoints::add(const dvec3& p) noexcept {
   return true;
 }
 
+void NearPoints::keep(std::size_t first, std::span<const std::uint32_t> kept) noexcept {
+  for (const std::uint32_t i : kept) {
+    points_[first] = points_[i];
+    x_[first] = x_[i], y_[first] = y_[i], z_[first] = z_[i];
+    ++first;
+  }
+  points_.resize(first);
+}
+
 std::span<const std::uint32_t> NearPoints::within(const dvec3& p, double reach) noexcept {
   const glm::vec3 off(p - center_);
   const auto far = static_cast<float>(reach + kRounding);

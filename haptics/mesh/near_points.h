@@ -21,6 +21,8 @@ class NearPoints {
   void clear(const dvec3& center) noexcept;
   /// Returns false if the list is full.
   bool add(const dvec3& p_W) noexcept;
+  /// Removes the points from index `first` on, except those listed in `kept`, whose indices increase.
+  void keep(std::size_t first, std::span<const std::uint32_t> kept) noexcept;
 
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/mesh_cutter.h"
 #include "tests/support/mesh_shapes.h"
 #include "tests/support/no_alloc.h"
@@ -155,6 +156,44 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexCutHeads,
                                            HeadShape::kCone, HeadShape::kPear, HeadShape::kFlame,
                                            HeadShape::kInvertedCone),
                          [](const auto& each) { return std::string(haptics::name_of(each.param)); });
+
+TEST(HeadDistances, EqualTheDistancesOfSinglePointsBitForBitForEveryHeadAndPose) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> spread(-1, 1);
+  haptics::vertex::HeadDistances distances(500);
+  for (const HeadShape shape : haptics::head_shapes()) {
+    const VertexHead head(head_of(shape));
+    for (int run = 0; run < 40; ++run) {
+      const Pose X{1e-2 * dvec3(spread(random), spread(random), spread(random)),
+                   glm::normalize(dquat(spread(random), spread(random), spread(random), spread(random)))};
+      haptics::mesh::NearPoints points(500);
+      points.clear(X.p);
+      for (int i = 0; i < 300 + run; ++i) {
+        const dvec3 way(spread(random), spread(random), spread(random));
+        points.add(X.p + 1.5 * head.reach() * way);
+      }
+      points.add(X.p);                                         // the centre
+      points.add(X * dvec3(0, 0, 0.3 * head.reach()));         // on the axis
+      points.add(X * dvec3(head.radius(), 0, head.radius()));  // exactly on the flank of a cylinder
+      const double far = 0.4 * head.radius();
+      distances.find(head, points, points.within(X.p, head.reach() + far), X, far);
+      const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
+      std::size_t found = 0;
+      for (std::uint32_t i = 0; i < points.size(); ++i) {
+        dvec3 n;
+        const double d = head.distance(head.is_ball() ? points[i] - X.p : R_TW * (points[i] - X.p), n);
+        if (d > far) continue;
+        ASSERT_LT(found, distances.size()) << haptics::name_of(shape);
+        ASSERT_EQ(distances.point(found), i);
+        EXPECT_EQ(distances.distance(found), d) << haptics::name_of(shape) << ", point " << i;
+        EXPECT_EQ(distances.normal_W(found), head.is_ball() ? n : R_WT * n) << haptics::name_of(shape);
+        ++found;
+      }
+      EXPECT_EQ(found, distances.size()) << haptics::name_of(shape);
+      EXPECT_GT(found, 10u) << haptics::name_of(shape);
+    }
+  }
+}
 
 TEST(VertexCut, MovedVerticesLieOnTheHead) {
   for (const HeadShape shape : haptics::head_shapes()) {

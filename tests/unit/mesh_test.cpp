@@ -191,6 +191,20 @@ TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndSortsNeighboursTogether) {
   EXPECT_LT(mean_leap(sorted), 0.2 * mean_leap(mixed));
 }
 
+TEST(NearPoints, KeepsTheListedPointsAndThoseBeforeTheFirstIndex) {
+  haptics::mesh::NearPoints points(10);
+  points.clear({0, 0, 0});
+  for (int i = 0; i < 8; ++i) points.add({1e-3 * i, 0, 0});
+  const std::uint32_t kept[] = {3, 4, 7};
+  points.keep(2, kept);
+  ASSERT_EQ(points.size(), 5u);
+  const double expected[] = {0, 1e-3, 3e-3, 4e-3, 7e-3};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(points[i].x, expected[i]);
+  const auto near = points.within({7e-3, 0, 0}, 1e-4);
+  ASSERT_EQ(near.size(), 1u) << "the search uses the new indices";
+  EXPECT_EQ(near[0], 4u);
+}
+
 TEST(NearPoints, FindsEveryPointWithinReachAndNoneFarBeyond) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1, 1);

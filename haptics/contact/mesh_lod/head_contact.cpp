@@ -152,13 +152,10 @@ double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double m
 PerTissue HeadContact::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = kOnHead * head_.radius();
-  const glm::dmat3 R_WT(glm::mat3_cast(R_WT_)), R_TW = glm::transpose(R_WT);
-  const glm::vec3 axis(R_WT[2]);
-  for (const std::uint32_t i : points_.within(c_, head_.reach() + within)) {
+  distances_.find(head_, points_, points_.within(c_, head_.reach() + within), {c_, R_WT_}, within);
+  for (const std::uint32_t i : distances_.kept()) {
     const double across = -glm::dot(shares_[i].area, way);
-    if (!(across > 0) || !head_.may_be_within(glm::vec3(points_[i] - c_), axis, static_cast<float>(within))) continue;
-    if (head_.distance(R_TW * (points_[i] - c_)) > within) continue;
-    area[static_cast<std::size_t>(grid.face(shares_[i].face).tissue)] += across;
+    if (across > 0) area[static_cast<std::size_t>(grid.face(shares_[i].face).tissue)] += across;
   }
   return area;
 }

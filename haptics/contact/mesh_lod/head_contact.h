@@ -52,6 +52,7 @@ class HeadContact final : public SurfaceContact {
   vertex::VertexHead head_;
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadFollower follower_{kMostPoints};
+  vertex::HeadDistances distances_{kMostPoints};
   mesh::NearPoints points_{kMostPoints};
   std::vector<Share> shares_;         // areas, one for each point
   std::vector<std::uint32_t> slots_;  // hash table by the position of a corner: index of the point at this corner

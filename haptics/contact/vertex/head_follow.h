@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "haptics/contact/proxy/active_set.h"
+#include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/plane_projection.h"
 #include "haptics/contact/vertex/vertex_head.h"
 #include "haptics/mesh/near_points.h"
@@ -52,7 +53,9 @@ class HeadFollower {
     double push;          // m
   };
 
-  explicit HeadFollower(std::size_t most_points) { bounds_.reserve(most_points), points_.reserve(most_points); }
+  explicit HeadFollower(std::size_t most_points) : distances_(most_points) {
+    bounds_.reserve(most_points), points_.reserve(most_points);
+  }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. The distance to a convex head is
   /// a convex function, so after a step that satisfies the bounds of all points, the head overlaps none of them.
@@ -86,6 +89,7 @@ class HeadFollower {
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 
+  HeadDistances distances_;
   std::vector<StepBound> bounds_;      // bounds of the last iteration
   std::vector<std::uint32_t> points_;  // index of the point to which each bound belongs
   ActivePlanes active_;

@@ -13,6 +13,8 @@ class VertexHead {
   explicit VertexHead(const Tool& tool);
 
   bool is_ball() const noexcept { return ball_; }
+  /// The head's meridian in metres. A ball's distances need no meridian.
+  const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
   /// Distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }

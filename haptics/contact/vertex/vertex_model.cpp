@@ -49,6 +49,7 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   }
   near_.reserve(kMostFaces);
   samples_.reserve(kMostSamples);
+  candidates_.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -86,16 +87,16 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
-  const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
+  const glm::vec3 axis(glm::mat3_cast(X.R)[2]);
   const auto is_far = [&](const dvec3& at) {
     const dvec3 off = at - p;
-    return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
+    return glm::dot(off, off) > reach * reach;
   };
   near_.clear();
   points_.clear(p);
   samples_.clear();
-  const glm::vec3 c(p), axis(R_WT[2]);
-  const dvec3 half = head.half_box(R_WT[2]) + margin;
+  const glm::vec3 c(p);
+  const dvec3 half = head.half_box(glm::mat3_cast(X.R)[2]) + margin;
   const auto most = static_cast<float>(margin);
   mesh.near(p - half, p + half, [&](Index f) {
     const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
@@ -104,12 +105,12 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
       if (mesh.vertex(v).face != f) continue;  // takes each vertex once: with the face that the vertex stores
-      if (is_far(mesh.vertex(v).p)) continue;
-      snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
-      add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
+      if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
+  keep_within(head, X, margin, 0);
   const std::size_t vertices = samples_.size();
+  for (std::size_t i = 0; i < vertices; ++i) snapshot_.sample_of[samples_[i].v] = static_cast<std::uint32_t>(i);
   for (const Index f : near_) {
     const int n = parts_of(mesh, f, edge);
     const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
@@ -130,6 +131,20 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
       }
     }
   }
+  keep_within(head, X, margin, vertices);
+}
+
+/// Removes those points from index `first` on that are farther than `margin` from a head that is not a ball. (Points
+/// far from a ball have not been added.)
+void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
+  if (head.is_ball() || first == samples_.size()) return;
+  candidates_.clear();
+  for (std::size_t i = first; i < samples_.size(); ++i) candidates_.push_back(static_cast<std::uint32_t>(i));
+  distances_.find(head, points_, candidates_, X, margin);
+  std::size_t kept = first;
+  for (const std::uint32_t i : distances_.kept()) samples_[kept++] = samples_[i];
+  samples_.resize(kept);
+  points_.keep(first, distances_.kept());
 }
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
@@ -198,33 +213,19 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 /// in the motion, with the head's distance and normal at X: if a head is as thin as the motion is long (the tip of a
 /// cone), exact values would push vertices out on the far side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
-  const double probe = P::probe * head().radius();
-  const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
+  const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
-  const glm::vec3 axis(R_WT[2]);
-  const double stiffness = settings_.stiffness / 1000;
   Springs sum;
-  const dvec3 moved = X.p + probe * pull;
-  for (const std::uint32_t i : points_.within(is_ball ? moved : X.p, head().reach() + (is_ball ? 0 : probe))) {
-    const Sample& sample = samples_[i];
-    const dvec3 off = points_[i] - X.p;
-    dvec3 n;
-    double ahead, d;  // d: m, depth after the motion, negative
-    if (is_ball) {
-      const dvec3 from = points_[i] - moved;
-      const double length = glm::length(from);
-      d = length - head().radius();
-      if (!(d < 0)) continue;
-      n = length > 0 ? from / length : pull;
-      ahead = std::max(0.0, glm::dot(n, pull));
-    } else {
-      if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
-      const double distance = head().distance(R_TW * off, n);
-      n = R_WT * n;
-      ahead = glm::dot(n, pull);
-      d = distance - probe * ahead;
-      if (!(ahead > 0 && d < 0)) continue;
-    }
+  const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
+  const double within = is_ball ? 0 : probe;
+  distances_.find(head(), points_, points_.within(at.p, head().reach() + within), at, within);
+  for (std::size_t i = 0; i < distances_.size(); ++i) {
+    const Sample& sample = samples_[distances_.point(i)];
+    const double distance = distances_.distance(i);
+    const dvec3 n = distances_.normal_W(i), off = points_[distances_.point(i)] - X.p;
+    const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
+    const double d = is_ball ? distance : distance - probe * ahead;  // m, depth after the motion, negative
+    if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const double depth = sample.area * d;  // negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;

@@ -83,6 +83,7 @@ class VertexModel final : public ContactModel {
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
+  void keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept;
   void add(const dvec3& p_W, const Sample& sample) noexcept {
     if (points_.add(p_W)) samples_.push_back(sample);
   }
@@ -111,6 +112,8 @@ class VertexModel final : public ContactModel {
   bool touching_ = false;  // the last constrain() found contact, at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
+  HeadDistances distances_{kMostSamples};
+  std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
   double met_ = 1;  // for an edge that the hand drags: removed volume divided by (area × displacement), smoothed
   RecentCuts<MadeCut> made_;
 };

@@ -1,0 +1,149 @@
+#include "haptics/contact/vertex/head_distances.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
+
+namespace typodont::haptics::vertex {
+
+namespace {
+
+constexpr std::size_t kBatch = 8;
+typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
+
+/// Positions of points relative to the head, and the results.
+struct Columns {
+  double *x, *y, *z;
+  double *distance, *n_x, *n_y, *n_z;
+};
+
+TYPODONT_KERNEL void read_lanes(D8& v, const double* from) {
+  std::memcpy(&v, from, sizeof v);
+}
+TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
+  std::memcpy(to, &v, sizeof v);
+}
+TYPODONT_KERNEL void take_roots(D8& v) {
+  // Forces the value through memory; otherwise the compiler computes some of the eight roots one by one.
+  asm("" : "+m"(v));
+  D8 root;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+  v = root;
+}
+
+/// As HeadField::distance(p, n), for a ball of this radius.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
+  for (std::size_t k = 0; k < count; k += kBatch) {
+    D8 x, y, z;
+    read_lanes(x, columns.x + k), read_lanes(y, columns.y + k), read_lanes(z, columns.z + k);
+    D8 length = x * x + y * y + z * z;
+    take_roots(length);
+    const L8 off_center = length > 0.0;
+    write_lanes(columns.distance + k, length - radius);
+    write_lanes(columns.n_x + k, off_center ? x / length : D8{});
+    write_lanes(columns.n_y + k, off_center ? y / length : D8{});
+    write_lanes(columns.n_z + k, off_center ? z / length : D8{} - 1.0);
+  }
+}
+
+/// As HeadField::distance(p, n), for a head with these pieces. `R`: rotation from T to W, column by column.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
+                   const Columns& columns) {
+  const D8 zero = {};
+  for (std::size_t k = 0; k < count; k += kBatch) {
+    D8 wx, wy, wz;
+    read_lanes(wx, columns.x + k), read_lanes(wy, columns.y + k), read_lanes(wz, columns.z + k);
+    const D8 x = R[0] * wx + R[1] * wy + R[2] * wz, y = R[3] * wx + R[4] * wy + R[5] * wz,
+             z = R[6] * wx + R[7] * wy + R[8] * wz;
+    D8 rho = x * x + y * y;
+    take_roots(rho);
+    D8 best2 = zero + 1e300, best_x = zero, best_z = zero, way_x = zero, way_z = zero;
+    L8 outside = {};
+    for (int i = 0; i < piece_count; ++i) {
+      const HeadField::Piece& piece = pieces[i];
+      const D8 ex = rho - piece.ax, ez = z - piece.az;
+      const L8 beyond = piece.dx * ez - piece.dz * ex < 0.0;
+      D8 fx, fz, nx, nz;
+      if (piece.radius == 0) {
+        D8 s = (ex * piece.dx + ez * piece.dz) * piece.inverse2;
+        s = s < 0.0 ? zero : s;
+        s = s > 1.0 ? zero + 1.0 : s;
+        fx = ex - s * piece.dx, fz = ez - s * piece.dz;
+        nx = zero + piece.dz, nz = -(zero + piece.dx);
+        outside |= beyond;
+      } else {
+        const D8 vx = rho - piece.cx, vz = z - piece.cz, gx = rho - piece.bx, gz = z - piece.bz;
+        D8 length = vx * vx + vz * vz;
+        take_roots(length);
+        const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, tx = piece.bx - piece.cx,
+                     tz = piece.bz - piece.cz;
+        outside |= beyond & (length > piece.radius);
+        const L8 between = (length > 0.0) & (ux * vz - uz * vx >= 0.0) & (vx * tz - vz * tx >= 0.0);
+        const L8 first = ex * ex + ez * ez < gx * gx + gz * gz;
+        const D8 f = 1.0 - piece.radius / length;
+        fx = between ? vx * f : first ? ex : gx;
+        fz = between ? vz * f : first ? ez : gz;
+        nx = vx, nz = vz;
+      }
+      const D8 f2 = fx * fx + fz * fz;
+      const L8 closer = f2 < best2;
+      best2 = closer ? f2 : best2;
+      best_x = closer ? fx : best_x, best_z = closer ? fz : best_z;
+      way_x = closer ? nx : way_x, way_z = closer ? nz : way_z;
+    }
+    D8 length = best2, way = way_x * way_x + way_z * way_z;
+    take_roots(length), take_roots(way);
+    const D8 sign = outside ? zero + 1.0 : zero - 1.0;
+    const L8 off_surface = length > 1e-9, known = way > 0.0, off_axis = rho > 1e-12;
+    const D8 n_rho = off_surface ? sign * best_x / length : known ? way_x / way : zero + 1.0;
+    const D8 n_z = off_surface ? sign * best_z / length : known ? way_z / way : zero;
+    const D8 n_x = off_axis ? n_rho * x / rho : n_rho, n_y = off_axis ? n_rho * y / rho : zero;
+    write_lanes(columns.distance + k, sign * length);
+    write_lanes(columns.n_x + k, R[0] * n_x + R[3] * n_y + R[6] * n_z);
+    write_lanes(columns.n_y + k, R[1] * n_x + R[4] * n_y + R[7] * n_z);
+    write_lanes(columns.n_z + k, R[2] * n_x + R[5] * n_y + R[8] * n_z);
+  }
+}
+
+}  // namespace
+
+HeadDistances::HeadDistances(std::size_t most) {
+  for (auto* column : {&x_, &y_, &z_, &distance_, &n_x_, &n_y_, &n_z_}) column->resize(most + kBatch);
+  index_.resize(most + kBatch);
+}
+
+void HeadDistances::find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
+                         const Pose& X_WG, double far) noexcept {
+  const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R));
+  const glm::vec3 axis(R_WT[2]);
+  const auto within = static_cast<float>(far);
+  std::size_t count = 0;
+  for (const std::uint32_t i : listed) {
+    const dvec3 off = points[i] - X_WG.p;
+    if (!head.may_be_within(glm::vec3(off), axis, within)) continue;
+    index_[count] = i;
+    x_[count] = off.x, y_[count] = off.y, z_[count] = off.z;
+    ++count;
+  }
+  // The last batch reads positions beyond the last point; these must be numbers.
+  for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
+  const Columns columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
+  if (head.is_ball()) {
+    evaluate_ball(head.radius(), count, columns);
+  } else {
+    evaluate_head(head.field().pieces, head.field().count, &R_WT[0][0], count, columns);
+  }
+  size_ = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(distance_[k] <= far)) continue;
+    index_[size_] = index_[k], distance_[size_] = distance_[k];
+    n_x_[size_] = n_x_[k], n_y_[size_] = n_y_[k], n_z_[size_] = n_z_[k];
+    ++size_;
+  }
+}
+
+}  // namespace typodont::haptics::vertex
