@@ -106,6 +106,12 @@ class CutFront {
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
+  /// Begins a sweep. The lists of a drill that moves along its axis lack the samples beside its flank, so other sweeps
+  /// cannot use them.
+  void begin_sweep(bool along_axis) noexcept {
+    if (along_axis_ && !along_axis) drop_listed();
+    along_axis_ = along_axis;
+  }
   /// Returns true if the front can store all blocks around lo..hi (voxels).
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
   /// Moves the head to `X_V` (voxels); `way`: voxels, path length of the head's farthest point.
@@ -148,8 +154,9 @@ class CutFront {
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
-  double way_ = 0;  // voxels, path length so far
-  Pose X_V_;        // pose of the head, in voxels
+  bool along_axis_ = false;  // the last sweep was along the axis of a drill
+  double way_ = 0;           // voxels, path length so far
+  Pose X_V_;                 // pose of the head, in voxels
 };
 
 }  // namespace typodont::haptics

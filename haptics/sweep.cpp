@@ -6,6 +6,7 @@
 
 #include "haptics/cut_front.h"
 #include "haptics/cutting/block.h"
+#include "haptics/implant_tool.h"
 
 namespace typodont::haptics {
 
@@ -14,6 +15,27 @@ namespace {
 // Voxels, limit of a path that is treated as one step: only the head's end pose is cut, with a search for the samples
 // that were deeper during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
+// Voxels, limit of the motion across its axis of a drill that moves along its axis. The drift of a whole bed is then
+// far below kTop.
+constexpr double kAlongAxis = 1e-9;
+constexpr std::uint32_t kLawsOfAxis = 7;  // the first version of the servo's laws in which such a drill cuts at its end
+
+/// True if the head is a cylinder with a flat end, so that the kernels for the rim of the end are exact.
+bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
+  return end.nax == 0 && end.naz == -1 && flank.nax == 1 && flank.naz == 0 && end.length == flank.ax &&
+         end.bz == flank.az;
+}
+
+/// True if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
+bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
+  if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
+  if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;  // else the upper end is near
+  const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
+  const double along = glm::dot(way, axis);
+  const double turned = reach * glm::length(B.R * dvec3(0, 0, -1) - axis);
+  return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
+}
+
 // Voxels, limit of a sample's deviation from its chord. A larger value halves the number of parts of a fast rotation.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
@@ -46,6 +68,14 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
+    along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
+                  moves_along_axis(tool, X_VA_, X_VB_, reach);
+    if (along_axis_) {
+      // A sample stays still if it was nearest to the flank already at A.
+      const MeridianPiece& end = pieces_[0];  // from the axis to the rim
+      const auto moved = static_cast<float>(glm::length(b - a));
+      back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
+    }
   }
 
   // A slender head fills only a small part of its bounding ball. For a short path, the box of its cylinder at both ends
@@ -54,11 +84,14 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
     const dvec3 across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
-    return (tool.length / 2 * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
+    const double half = along_axis_ ? 0 : tool.length / 2;
+    return (half * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
   };
+  // Only the disc at the end of a drill changes samples if the drill moves along its axis.
+  const dvec3 to_end = along_axis_ ? X_WA.R * dvec3(0, 0, -tool.length / 2 / frame.voxel) : dvec3(0);
   const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
-  lo_ = glm::ivec3(glm::ceil(glm::min(a - extent_a, b - extent_b)));
-  hi_ = glm::ivec3(glm::floor(glm::max(a + extent_a, b + extent_b)));
+  lo_ = glm::ivec3(glm::ceil(to_end + glm::min(a - extent_a, b - extent_b)));
+  hi_ = glm::ivec3(glm::floor(to_end + glm::max(a + extent_a, b + extent_b)));
 }
 
 bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
@@ -106,6 +139,7 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
+  front.begin_sweep(along_axis_);
   // The head may have moved through air since the last call of this function.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);

@@ -15,7 +15,8 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// The volume that a head sweeps from pose A to pose B. For a ball the volume is the exact capsule; for other heads,
+/// The volume that a head sweeps from pose A to pose B. A cylindrical implant drill that continues along its axis cuts
+/// only with its end. For a ball the volume is the exact capsule; for other heads,
 /// each voxel gets its greatest depth on the path, within 5e-4 voxels.
 class Sweep {
  public:
@@ -91,6 +92,8 @@ class Sweep {
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
+  // A drill that continues along its axis cuts only at its end; samples beside its flank do not change
+  bool along_axis_ = false;
   std::uint32_t laws_;                           // version of the servo's laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, in voxels
   Straight back_;                                // path from B back to A; its pointer to the pieces is not set

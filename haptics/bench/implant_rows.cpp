@@ -114,6 +114,10 @@ std::vector<BenchRow> bench_implant(bool quick) {
        }},
       {"in a bed, a drill that deepens it", drill(), 1, 0, Motion::kDrilling,
        [](int, const ServoTick& last, double) { return last.X_WG.p - dvec3(0, 0, 0.7e-3); }},
+      {"in a bed of 8 mm, a drill that deepens it", drill(), 1, 8, Motion::kDrilling,
+       [](int i, const ServoTick& last, double half) {
+         return (i == 0 ? dvec3(0, 0, half - 7.95e-3) : last.X_WG.p) - dvec3(0, 0, 0.7e-3);
+       }},
       {"in a bed, a drill that slides", drill(), 0, 8, Motion::kSliding,
        [](int i, const ServoTick&, double half) { return dvec3(0, 0, half - 7e-3 - 0.9e-3 * std::sin(0.003 * i)); }},
       {"in a bed, a tap that cuts a thread", tap(), 1, 10, Motion::kScrewing,

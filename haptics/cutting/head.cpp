@@ -281,8 +281,14 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // The block was deep in the head at the previous pose, so it is empty already.
+    // Within a block, z and rho + z differ by at most kHalf and √2 kHalf. Nothing is known for other motions.
+    if (seen_.z[lane] - kHalf > back_.still_above &&
+        seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
+      slack = 0;
+      return Work::kNone;
+    }
     slack = kNoEnd;
+    // The block was deep in the head at the previous pose, so it is empty already.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
@@ -323,7 +329,8 @@ class HeadPass {
       const float turned = back_.turned * kHalf;
       recedes = advance.fastest + turned <= -rounding_;
       block.slowest = advance.slowest - turned;
-      block.beside = !recedes && back_.longest > kSlow && block.slowest < -0.5f * kTop + rounding_;
+      block.beside =
+          !recedes && back_.longest > kSlow && back_.still_above == kNoEnd && block.slowest < -0.5f * kTop + rounding_;
     }
     block.distance = target.distance, block.tissue = target.tissue;
     block.first = blocks_[lane] - pose_.base;
@@ -528,9 +535,11 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and the lists were made when the head was up to one voxel away.
-    const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
-              hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
+    // Groups extend to the ends of their blocks, and the lists were made when the head was up to one voxel away. Lists
+    // that were made before the head moved along its axis also extend beyond the box of this motion.
+    const int beyond = along_axis_ ? 64 : 16;
+    const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
+              hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
   // If several parts are listed at once, their lists get different lifetimes, so that they expire at different times.

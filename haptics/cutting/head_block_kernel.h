@@ -72,12 +72,15 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        const Mask raised = more(depth, least);
+        // The slack holds for every motion, the list only for motions of the present kind.
+        const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
+        const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
           __builtin_prefetch(block.tissue + (row - block.distance));  // the list needs these labels soon
-          found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(more(all(near), room))) << found.shift;
+          const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
+          found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;
         }
         if (may_raise && any(raised)) {
           changed = true;

@@ -129,7 +129,11 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    const bool wide = sixteen::head(&front, removed), narrow = eight_masked::head(&front, removed);
+    // A part of a list often has groups of one width only.
+    bool is_listed[2] = {};
+    for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
+    const bool wide = is_listed[false] && sixteen::head(&front, removed);
+    const bool narrow = is_listed[true] && eight_masked::head(&front, removed);
     return wide || narrow;
   }
   if (__builtin_cpu_supports("avx2")) return eight::head(&front, removed);

@@ -163,6 +163,19 @@ struct BelowEnds {
     return below;
   }
 };
+/// Depth below the end of a drill that moves along its axis, including the rim; the same bits as BelowAny for samples
+/// that do not stay still.
+struct BelowRim {
+  MeridianPiece end, flank;
+  float above, beyond;
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const {
+    const Floats none = all(0.0f), below_end = z - all(end.bz), below_flank = all(flank.ax) - rho;
+    const Floats out_z = lesser(below_end, none), out_rho = lesser(below_flank, none);
+    const Floats away = root(out_z * out_z + out_rho * out_rho);
+    const Floats depth = pick(more(away, none), none - away, lesser(below_end, below_flank));
+    return unless_still(depth, rho, z, above, beyond);
+  }
+};
 struct BelowAny {
   const MeridianPiece* pieces;
   unsigned set;
@@ -274,7 +287,8 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  const bool slow = f.tops->back.longest <= kSlow;
+  // no sample was deeper during a motion along the axis
+  const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
     const int end = std::min(run.to - g0, kChunk);
@@ -297,11 +311,11 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
         const unsigned left = beside[g / kLanes] >> i;
         const bool is_beside = left & 1;
         next = std::min(i + std::countr_zero((is_beside ? ~left : left) | 1u << 31), count);
-        if (is_beside) {
+        if (!is_beside) {
+          carve_groups<false>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
+        } else if constexpr (!std::is_same_v<Below, BelowRim>) {
           f.tops->make_room(kLanes * kLanes);
           carve_groups<true>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
-        } else {
-          carve_groups<false>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
         }
       }
     }
@@ -314,14 +328,20 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;
   const HeadSides sides(f);
+  const float above = f.tops->back.still_above, beyond = f.tops->back.still_beyond;
+  const bool along_axis = above < kNoEnd;
   for (int r = 0; r < f.run_count; ++r) {
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
+    // The end is the first piece; samples that are nearest to others stay still.
+    if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
     const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
-    if (run.kind < kManyPieces) {
+    if (along_axis && run.kind >= kManyPieces) {
+      carve_run(f, sides, run, set, BelowRim{pieces[0], pieces[1], above, beyond}, raised, taken);
+    } else if (run.kind < kManyPieces) {
       bent              ? carve_run(f, sides, run, set, BelowArc{one}, raised, taken)
       : one.nax == 0.0f ? carve_run(f, sides, run, set, BelowEnd{{one}}, raised, taken)
                         : carve_run(f, sides, run, set, BelowLine{one}, raised, taken);

@@ -1,6 +1,11 @@
 // Kernel text, included after depth_kernel.h in namespaces of lanes: the change of the depth of samples along their
 // path.
 
+/// The depths of samples, without those that stay still (Straight::still_above): these count as far outside the head.
+TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
+  return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
+}
+
 /// The piece nearest to some samples, as in NearestPiece; also the samples' positions relative to this piece, and its
 /// normal there.
 struct NearestWithNormal {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <random>
 #include <span>
 #include <vector>
@@ -11,7 +12,10 @@
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
+#include "haptics/implant_tool.h"
+#include "haptics/solid.h"
 #include "haptics/surface_patch.h"
+#include "haptics/tissue_volume.h"
 #include "tests/support/heads.h"
 
 namespace typodont {
@@ -165,6 +169,87 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       EXPECT_LT(apart, 0.0125f) << static_cast<int>(shape) << ", seed " << seed;
       EXPECT_NEAR(taken[1] / taken[0], 1, 1e-3) << static_cast<int>(shape) << ", seed " << seed;
     }
+  }
+}
+
+/// A drill that moves in and out of a block of bone, mostly along its axis; sometimes it is moved aside, turned about
+/// its axis, or withdrawn, or a sweep does not continue the one before.
+struct DrillInBone {
+  Random random;
+  Tool tool;
+  Pose X;
+  int i = 0;
+
+  explicit DrillInBone(unsigned seed) : random{std::mt19937_64(seed)} {
+    tool.shape = HeadShape::kCylinder;
+    tool.diameter = random.uniform(0.9_mm, 1.3_mm);
+    tool.length = tool.diameter * random.uniform(1.5, 2.2);
+    auto drill = std::make_shared<haptics::ImplantTool>();
+    drill->kind = haptics::ImplantToolKind::kDrill;
+    tool.implant = drill;
+    const dquat R = seed % 3 == 0 ? dquat(1, 0, 0, 0) : rotation_between({0, 0, 1}, random.direction());
+    X = {R * dvec3(0, 0, tool.half() + 4 * kVoxel), R};
+  }
+  Sweep next(std::uint32_t laws, const VoxelFrame& frame = kFrame) {
+    const bool turns = i / 20 % 2 == 1, aside = i % 29 == 28, back = i % 31 >= 28;
+    const dquat about_axis = glm::angleAxis(turns ? random.uniform(-0.02, 0.02) : 0, dvec3(0, 0, 1));
+    const double step = random.scale(0.002, i / 40 % 2 ? 0.4 : 0.02) * kVoxel;
+    dvec3 way = X.R * dvec3(0, 0, back ? step : -step);
+    if (aside) way += 0.05 * kVoxel * random.direction();
+    const Pose Y{X.p + way, glm::normalize(X.R * about_axis)};
+    const Sweep sweep(tool, X, Y, frame, i % 37 != 0, laws);
+    X = Y;
+    ++i;
+    return sweep;
+  }
+};
+
+TEST(Sweeps, ADrillThatMovesAlongItsAxisCutsTheSameBitsWithTheFrontAndInTheTissue) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    DrillInBone drill(seed);
+    haptics::TissueVolume volume(haptics::read_solids(Json::parse(
+        R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "tissue")));
+    const VoxelFrame frame = volume.frame();
+    ASSERT_EQ(frame.voxel, kVoxel);
+    SurfacePatch plain = block(drill.tool, 1000);
+    plain.lo += glm::ivec3(glm::round(frame.to_voxels(dvec3(0))));
+    volume.copy(plain.lo, glm::ivec3(plain.n), plain.distance.data(), plain.tissue.data());
+    SurfacePatch known = plain, eight = plain;
+    CutFront front(std::span(&drill.tool, 1), kVoxel), eight_front(std::span(&drill.tool, 1), kVoxel, 8);
+    double removed = 0;
+    for (int i = 0; i < 240; ++i) {
+      const Sweep sweep = drill.next(kServoLaws, frame);
+      const PerTissue taken = carve(plain, sweep);
+      volume.carve(sweep);
+      ASSERT_EQ(carve(known, sweep, nullptr, &front), taken) << "seed " << seed << ", sweep " << i;
+      ASSERT_EQ(carve(eight, sweep, nullptr, &eight_front), taken) << "seed " << seed << ", sweep " << i;
+      ASSERT_TRUE(known.distance == plain.distance) << "seed " << seed << ", sweep " << i;
+      ASSERT_TRUE(eight.distance == plain.distance) << "seed " << seed << ", sweep " << i;
+      if (i % 20 == 19) {
+        SurfacePatch carved = plain;
+        volume.copy(carved.lo, glm::ivec3(carved.n), carved.distance.data(), carved.tissue.data());
+        ASSERT_TRUE(carved.distance == plain.distance) << "seed " << seed << ", sweep " << i;
+      }
+      removed += total(taken);
+    }
+    EXPECT_GT(removed, 100) << "seed " << seed;
+  }
+}
+
+TEST(Sweeps, ADrillThatMovesAlongItsAxisLeavesTheTissueOfTheWholeHeadsSweep) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    DrillInBone end(seed), whole(seed);
+    SurfacePatch by_end = block(end.tool, 1000), by_whole = by_end;
+    double end_removed = 0, whole_removed = 0;
+    for (int i = 0; i < 240; ++i) {
+      end_removed += total(carve(by_end, end.next(7)));
+      whole_removed += total(carve(by_whole, whole.next(6)));
+    }
+    float apart = 0;
+    for (std::size_t i = 0; i < by_end.distance.size(); ++i)
+      apart = std::max(apart, std::abs(by_end.distance[i] - by_whole.distance[i]));
+    EXPECT_LT(apart, 1e-4f) << "voxels, seed " << seed;
+    EXPECT_NEAR(end_removed / whole_removed, 1, 1e-6) << "seed " << seed;
   }
 }
 

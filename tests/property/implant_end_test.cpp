@@ -149,6 +149,39 @@ TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByL
   EXPECT_GT(stopped, 20);
 }
 
+TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOnePercent) {
+  std::mt19937 random(282);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const double diameter : {2.2, 2.8, 4.2}) {
+    const Tool tool =
+        test::implant_tool("drill", diameter, 5, test::drill_block(diameter > 4 ? 3.3 : 0, diameter <= 4));
+    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+    const EndVoxels fine(voxels), merged(voxels, kVoxel), as_fine(voxels, 0.1e-3);
+    EXPECT_LT(merged.count, fine.count / 2) << diameter;
+    EXPECT_EQ(as_fine.x, fine.x) << "merged voxels of 0.12 mm would be coarser than the tissue's";
+    for (int round = 0; round < 24; ++round) {
+      SurfacePatch patch = floor_of_bone(-35, true, false, random);
+      const double wave = 0.2 + 0.3 * std::abs(unit(random));  // rad per voxel, of a change of hardness by two fifths
+      for (int x = 0; x < kEdge; ++x) {
+        for (int y = 0; y < kEdge; ++y) {
+          for (int z = 0; z < kEdge; ++z)
+            patch.hardness[patch.at(x, y, z)] =
+                static_cast<std::uint8_t>(150 + 60 * std::sin(wave * x) * std::cos(wave * (y + z)));
+        }
+      }
+      const EndLaw law = law_of(tool, true);
+      const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35.3 + tool.half() / kVoxel + 0.2 * unit(random));
+      const dquat R = glm::normalize(dquat(1, 0.02 * unit(random), 0.02 * unit(random), unit(random)));
+      const EndLook a = look_at_end(fine, patch, law, center, R), b = look_at_end(merged, patch, law, center, R);
+      ASSERT_GT(a.engaged, 0);
+      EXPECT_NEAR(b.engaged / a.engaged, 1, 5e-3) << diameter << " mm, round " << round;
+      EXPECT_NEAR(b.wrench.force.z / a.wrench.force.z, 1, 1e-2) << diameter << " mm, round " << round;
+      EXPECT_NEAR(b.wrench.torque.z / a.wrench.torque.z, 1, 1e-2) << diameter << " mm, round " << round;
+      EXPECT_NEAR(b.greatest_grey / a.greatest_grey, 1, 2e-2) << diameter << " mm, round " << round;
+    }
+  }
+}
+
 TEST(ImplantEnd, AVoxelCountsAsOneQuery) {
   std::mt19937 random(1);
   const Tool tool = test::implant_tool("drill", 2.2, 5, test::drill_block(0, 1));

@@ -1,10 +1,13 @@
 #include "haptics/contact/implant/end_voxels.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
+#include <span>
 #include <type_traits>
 
 #include "engine/base/dispatch.h"
@@ -380,11 +383,50 @@ Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const End
 
 }  // namespace
 
-EndVoxels::EndVoxels(const ToolVoxels& voxels) : count(voxels.ahead), share(1 / voxels.ahead_share) {
+namespace {
+
+/// Replaces each square of 2 × 2 equal voxels in a plane perpendicular to the axis by one voxel with their area and
+/// their means. The other voxels stay, and those near the axis, because eq. (2) weights them by 1/r.
+std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
+  constexpr float kEqual = 1e-3f;
+  constexpr double kNearAxis = 8;  // voxels
+  const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
+  std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
+  for (const ToolVoxel& v : voxels) {
+    const auto half = [&](float at) { return index(at) >> 1; };
+    squares[{half(v.p.x), half(v.p.y), std::lround(2 * static_cast<double>(v.p.z) / edge)}].push_back(&v);
+  }
+  std::vector<ToolVoxel> all;
+  for (const auto& [key, square] : squares) {
+    const ToolVoxel& one = *square.front();
+    const bool equal = std::all_of(square.begin(), square.end(), [&](const ToolVoxel* v) {
+      return std::hypot(v->p.x, v->p.y) > kNearAxis * edge && v->ability == one.ability &&
+             std::abs(v->n.z - one.n.z) < kEqual &&
+             std::abs(v->outside - one.outside) < kEqual * static_cast<float>(edge);
+    });
+    if (square.size() < 4 || !equal) {
+      for (const ToolVoxel* v : square) all.push_back(*v);
+      continue;
+    }
+    ToolVoxel sum = one;
+    sum.p = glm::vec3(0), sum.area = sum.inverse_r = 0;
+    for (const ToolVoxel* v : square) sum.p += v->p / 4.0f, sum.area += v->area, sum.inverse_r += v->inverse_r / 4;
+    all.push_back(sum);
+  }
+  return all;
+}
+
+}  // namespace
+
+EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : share(1 / voxels.ahead_share) {
   constexpr float kNever = 1e9f;  // m, distance of the padding voxels from the head's surface; they never touch bone
+  constexpr double kRounding = 1e-9;
+  std::vector<ToolVoxel> all(voxels.outer.begin(), voxels.outer.begin() + static_cast<std::ptrdiff_t>(voxels.ahead));
+  if (2 * voxels.edge <= coarsest * (1 + kRounding)) all = merged(all, voxels.edge);
+  count = all.size();
   const std::size_t padded = (count + kBlock - 1) / kBlock * kBlock;
   for (std::size_t i = 0; i < padded; ++i) {
-    const ToolVoxel& v = voxels.outer[std::min(i, count - 1)];
+    const ToolVoxel& v = all[std::min(i, count - 1)];
     x.push_back(v.p.x), y.push_back(v.p.y), z.push_back(v.p.z);
     outside.push_back(i < count ? v.outside : kNever);
     area.push_back(v.area);

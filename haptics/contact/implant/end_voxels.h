@@ -12,12 +12,16 @@
 
 namespace typodont::haptics::implant {
 
-/// The voxels in front of the end (the first ToolVoxels::ahead of ToolVoxels::outer) with one array per property, in
-/// the same order. The arrays are padded to whole blocks with voxels that never touch bone.
+/// The voxels in front of the end (the first ToolVoxels::ahead of ToolVoxels::outer) with one array per property. The
+/// arrays are padded to whole blocks with voxels that never touch bone.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // voxels that are evaluated together
 
-  explicit EndVoxels(const ToolVoxels& voxels);
+  /// All voxels, in the same order.
+  explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
+  /// On a flat part of the end, each square of four voxels becomes one voxel, if its edge is at most `coarsest` (m):
+  /// the field is linear within a voxel of the tissue, so a finer sampling adds nothing.
+  EndVoxels(const ToolVoxels& voxels, double coarsest);
 
   std::vector<float> x, y, z;                   // m, in T
   std::vector<float> outside;                   // m, see ToolVoxel

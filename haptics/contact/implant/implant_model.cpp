@@ -21,6 +21,9 @@ constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the torque about the axis
 constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
 
+// the first version of the servo's laws that merges voxels of an end
+constexpr std::uint32_t kLawsOfCoarseEnd = 7;
+
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
 }
@@ -35,7 +38,8 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    ends_.emplace_back(voxels_.back());
+    // By older servo laws every voxel of the end is evaluated.
+    ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
   }
   law_.laws = settings.laws;
   law_.voxel = voxel();
