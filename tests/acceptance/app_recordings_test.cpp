@@ -89,6 +89,20 @@ TEST_F(Recordings, TheReplayIsIdenticalToTheRecordingInEveryColumn) {
   EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
 }
 
+TEST_F(Recordings, AReplayWithChangedSettingsStatesWhatWasComparedWithWhat) {
+  const std::string command = fmt::format("replay {} --with '{{\"friction\": false}}' --check", file.string());
+  const Ran ran = folder.run(command);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("the same hand with the changed settings of --with, compared with the recording:\n"));
+  EXPECT_THAT(ran.out, HasSubstr("replayed with its own settings, without those of --with: "));
+  EXPECT_THAT(ran.out, HasSubstr("\nwithout --with: identical to the recording\n"));
+  const Ran json = folder.run(command + " --json");
+  ASSERT_EQ(json.status, 0) << json.err;
+  const Json both = Json::parse(json.out, "both");
+  EXPECT_TRUE(both["replay_without_with"]["identical"].boolean());
+  EXPECT_TRUE(both.find("force_N"));
+}
+
 TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   const session::SessionReader whole(folder / "good.h5");
   ASSERT_GT(whole.cuts().size(), 100u);
