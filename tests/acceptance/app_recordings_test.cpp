@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 
+#include "engine/base/json.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "tests/support/program.h"
