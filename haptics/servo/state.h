@@ -98,7 +98,10 @@ struct Servo::State {
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
     dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
-    double pressing = 0;  // N, component of head_force along `pressed`
+    double pressing = 0;  // N, component of head_force along `pressed`, times `felt`
+    // Fraction of the force of the last tick that the limits left for the hand; the teeth are pressed by this fraction.
+    // 1 where the limits of a landing drill do not apply
+    double felt = 1;
     FrictionState friction;
     TipState tip;
     double rate = 0;  // m/s, smoothed rate of the depth
@@ -208,12 +211,18 @@ struct Servo::State {
   // servo/limits.cpp
   /// Limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
+  /// True if the limits for a landing drill apply (laws 7).
+  bool lands(const ContactTick& now) const noexcept;
   /// The passivity controller, with the ledger's allowances: the hand never receives energy that it did not put in.
   /// Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
+  /// Change of the force of tissue and teeth since the last tick, N.
+  dvec3 force_change(const ContactTick& now) const noexcept;
+  double held_back(const ContactTick& now, double change) const noexcept;
+  double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;

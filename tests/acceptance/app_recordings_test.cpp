@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 
+#include "engine/base/json.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "tests/support/program.h"
@@ -87,6 +88,20 @@ TEST_F(Recordings, TheReplayIsIdenticalToTheRecordingInEveryColumn) {
   const Ran ran = check();
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
+}
+
+TEST_F(Recordings, AReplayWithChangedSettingsStatesWhatWasComparedWithWhat) {
+  const std::string command = fmt::format("replay {} --with '{{\"friction\": false}}' --check", file.string());
+  const Ran ran = folder.run(command);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("the same hand with the changed settings of --with, compared with the recording:\n"));
+  EXPECT_THAT(ran.out, HasSubstr("replayed with its own settings, without those of --with: "));
+  EXPECT_THAT(ran.out, HasSubstr("\nwithout --with: identical to the recording\n"));
+  const Ran json = folder.run(command + " --json");
+  ASSERT_EQ(json.status, 0) << json.err;
+  const Json both = Json::parse(json.out, "both");
+  EXPECT_TRUE(both["replay_without_with"]["identical"].boolean());
+  EXPECT_TRUE(both.find("force_N"));
 }
 
 TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {

@@ -31,31 +31,32 @@ struct Options {
   bool check = false, json = false, show = false;
 };
 
-void check(const Options& options) {
-  ReplayResult result;
-  {
-    Progress progress("replay");
-    result = replay_session(options.session, [&](double done) { progress.at(done); });
-  }
-  if (options.json) {
-    nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},
-                                   {"ticks", result.ticks},           {"field_hash", result.field_hash},
-                                   {"force_hash", result.force_hash}, {"faults", result.ticks_with_faults},
-                                   {"truncated", result.truncated}};
-    if (!options.key.empty()) json["signature"] = "valid";
-    fmt::print("{}\n", json.dump());
-  } else {
-    fmt::print("{}: {} ticks, {:.3f} s{}\n", options.session, result.ticks, result.seconds,
-               result.truncated ? ", cut off" : "");
-    fmt::print("forces {}, tissue {}\n", result.force_hash, result.field_hash);
-    fmt::print("{}\n",
-               result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
-  }
-  if (options.check && !result.identical) throw RunFailure("the replay differs: " + result.what_differs);
+ReplayResult replay_recorded(const Options& options) {
+  Progress progress("replay");
+  return replay_session(options.session, [&](double done) { progress.at(done); });
 }
 
-/// Runs the recorded hand in the recorded scene with some keys of the scene changed.
-void rerun(const Options& options) {
+nlohmann::ordered_json json_of(const ReplayResult& result, const Options& options) {
+  nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},
+                                 {"ticks", result.ticks},           {"field_hash", result.field_hash},
+                                 {"force_hash", result.force_hash}, {"faults", result.ticks_with_faults},
+                                 {"truncated", result.truncated}};
+  if (!options.key.empty()) json["signature"] = "valid";
+  return json;
+}
+
+void print(const ReplayResult& result, const Options& options) {
+  fmt::print("{}{}: {} ticks, {:.3f} s{}\n", options.session,
+             options.with.empty() ? "" : ", replayed with its own settings, without those of --with", result.ticks,
+             result.seconds, result.truncated ? ", cut off" : "");
+  fmt::print("forces {}, tissue {}\n", result.force_hash, result.field_hash);
+  fmt::print("{}{}\n", options.with.empty() ? "" : "without --with: ",
+             result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
+}
+
+/// Runs the recorded hand in the recorded scene with some keys of the scene changed, and compares the result with the
+/// recording.
+RerunResult rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
     where = options.with;
@@ -63,27 +64,26 @@ void rerun(const Options& options) {
   }
   const session::SessionReader session(options.session);
   const Scene scene = scene_with(session, text, where);
-  RerunResult r;
-  {
-    Progress progress("same hand");
-    r = rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
-  }
-  if (options.json) {
-    const nlohmann::ordered_json json = {
-        {"ticks", r.ticks},
-        {"seconds", r.seconds},
-        {"cuts", r.cuts},
-        {"force_N",
-         {{"off_rms", r.force_off_rms},
-          {"off_max", r.force_off_max},
-          {"max", r.force_max},
-          {"max_before", r.force_max_before}}},
-        {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
-        {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}},
-        {"out", options.out}};
-    fmt::print("{}\n", json.dump(2));
-    return;
-  }
+  Progress progress("same hand");
+  return rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
+}
+
+nlohmann::ordered_json json_of(const RerunResult& r, const Options& options) {
+  return {{"ticks", r.ticks},
+          {"seconds", r.seconds},
+          {"cuts", r.cuts},
+          {"force_N",
+           {{"off_rms", r.force_off_rms},
+            {"off_max", r.force_off_max},
+            {"max", r.force_max},
+            {"max_before", r.force_max_before}}},
+          {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
+          {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}},
+          {"out", options.out}};
+}
+
+void print(const RerunResult& r, const Options& options) {
+  fmt::print("{}, the same hand with the changed settings of --with, compared with the recording:\n", options.session);
   fmt::print("{} ticks, {:.3f} s, {} cuts\n", r.ticks, r.seconds, r.cuts);
   fmt::print("force: {:.4f} N rms and {:.4f} N at most from the recording's; at most {:.3f} N, before {:.3f} N\n",
              r.force_off_rms, r.force_off_max, r.force_max, r.force_max_before);
@@ -92,6 +92,26 @@ void rerun(const Options& options) {
   fmt::print("removed: {:.4f} mm³, before {:.4f} mm³\n", r.removed / kCubicMillimetre,
              r.removed_before / kCubicMillimetre);
   if (!options.out.empty()) fmt::print("wrote {}\n", options.out);
+}
+
+/// Replays with --with and with the recorded scene, as the options ask, and reports what was compared with what.
+/// Throws RunFailure if --check finds a difference.
+void compare(const Options& options) {
+  const bool changed = !options.with.empty(), checks = options.check || !changed;
+  RerunResult other;
+  ReplayResult same;
+  if (changed) other = rerun(options);
+  if (checks) same = replay_recorded(options);
+  if (options.json) {
+    nlohmann::ordered_json json = changed ? json_of(other, options) : json_of(same, options);
+    if (changed && checks) json["replay_without_with"] = json_of(same, options);
+    fmt::print("{}\n", changed ? json.dump(2) : json.dump());
+  } else {
+    if (changed) print(other, options);
+    if (checks) print(same, options);
+  }
+  if (options.check && !same.identical)
+    throw RunFailure(fmt::format("the replay{} differs: {}", changed ? " without --with" : "", same.what_differs));
 }
 
 void run(Options options) {
@@ -121,8 +141,7 @@ void run(Options options) {
   if (!playback.film.empty()) require_output(playback.film, FileKind::kFilm);
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
-  if (!options.with.empty()) rerun(options);
-  if (options.check || (options.with.empty() && !film && !options.show)) check(options);
+  if (!options.with.empty() || options.check || (!film && !options.show)) compare(options);
   if (options.show) show_session(playback);
   if (film) {
     PlaybackResult result;
@@ -157,7 +176,8 @@ void add_replay_command(cli::Command& app) {
       "  typodont replay student.h5 --beside expert.h5 --from 20 --to 40 --speed 0.5 --film both.mp4\n"
       "  typodont replay student.h5 --with '{\"force_filter\": \"slew\"}' --out slew.h5");
   command->add_option("session", options->session, "recorded session (.h5)")->required();
-  command->add_flag("--check", options->check, "exit 1 if the replay differs from the recording");
+  command->add_flag("--check", options->check,
+                    "exit 1 if the replay differs from the recording; --with does not change this replay");
   command->add_option("--key", options->key, "exit 1 if the session is not signed with the key in this file");
   command->add_flag("--show", options->show, "watch it in a window");
   command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
