@@ -45,5 +45,5 @@ void main() {
   out_look = vec3(mix(in_look.y, 0.38, blur), in_look.w, blur);
   out_place = in_hull_position;
   // The tool receives shadows of the tissue. The lookup is displaced towards the lamp, away from the touched surface.
-  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz) : vec2(1.0);
+  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0) : vec2(1.0);
 }

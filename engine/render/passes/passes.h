@@ -24,8 +24,9 @@ struct ShadowPass {
 /// Effects on tissue that not every scene and level needs.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;  // the border of the lamp's spot
-  bool film = false;  // water and slurry on the surface
+  bool spot = false;        // the border of the lamp's spot
+  bool film = false;        // water and slurry on the surface
+  bool light_grid = false;  // light from the room and from other surfaces is read from a grid
   bool operator==(const SurfaceEffects&) const = default;
 };
 
