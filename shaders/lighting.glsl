@@ -214,15 +214,23 @@ float room_seen(vec3 r, float open) {
   return clamp(open * open + 0.15, 0.0, 1.0) * mix(0.2, 1.0, smoothstep(-0.6, 0.4, dot(r, frame.key.xyz)));
 }
 
-/// Light that a surface reflects from the direction r. Where tissue hides the room, it reflects the light around.
-vec3 reflected(vec3 r, float rough, float open, vec3 around) {
-  float seen = room_seen(r, open);
-  vec3 light = room(r, rough) * seen;
-  return kLightGrid ? light + around * (1.0 - seen) : light;
+/// Light that comes to a surface from around: from the room and from other surfaces.
+struct Around {
+  vec3 diffuse;   // for a surface with the surface's normal: irradiance over π
+  vec3 mirrored;  // for a surface that faces the direction of the reflection: irradiance over π
+};
+
+/// Light that a surface reflects from the direction r.
+vec3 reflected(vec3 r, float rough, float open, Around around) {
+  return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
 }
 
+/// Fraction of the light from the tissue that passes the film over it, relative to a view along the normal (Schlick). The
+/// tissues' colours include the loss along the normal.
+float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
+
 /// Light that the wet film over the tissue reflects, or metal.
-vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, vec3 around) {
+vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
@@ -248,7 +256,7 @@ struct CornerGloss {
   vec3 lamp;  // multiply by spot(n · half, width) for each pixel
   float width;  // width of the lamp's image
 };
-CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, vec3 around) {
+CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, Around around) {
   float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
   float alpha = max(rough * rough, 0.02);
@@ -271,9 +279,10 @@ float spot(float nh, float width) {
 }
 
 /// `gloss_normal`: normal of the wet film, which has ripples of its own.
-vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, vec3 around) {
+vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
-  return albedo * arriving(n, v, albedo, look.translucent, light, around) +
+  float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
+  return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
          glossy(gloss_normal, v, look, light, around);
 }
 

@@ -398,7 +398,8 @@ struct Renderer::Impl {
       draw_handpiece(commands, mirrored.tool, view, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
-      if (mirrored.suction.opening > 0) tool.record(context, commands, tip_body, mirrored.suction.X_WS, seen);
+      if (mirrored.suction.opening > 0)
+        tool.record(context, commands, tip_body, mirrored.suction.X_WS, light_grid.size.x > 0, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
@@ -419,7 +420,7 @@ struct Renderer::Impl {
 
   void draw_tool(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     push_view(commands, context.layout, view, 1 - state.opacity);
-    tool.record(context, commands, tool_body, state.X_WG, stats);
+    tool.record(context, commands, tool_body, state.X_WG, light_grid.size.x > 0, stats);
     push_view(commands, context.layout, view);
   }
 
@@ -525,9 +526,10 @@ struct Renderer::Impl {
       draw_handpiece(commands, frame.tool, view, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
-      if (frame.suction.opening > 0) tool.record(context, commands, tip_body, frame.suction.X_WS, stats);
+      if (frame.suction.opening > 0)
+        tool.record(context, commands, tip_body, frame.suction.X_WS, light_grid.size.x > 0, stats);
       if (frame.mirror.diameter > 0) {
-        tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
+        tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
       // A partial redraw draws a black background, too, because the pixels still have their old content.

@@ -84,7 +84,8 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
+  bool with_light_grid = false;  // SurfaceEffects::light_grid for which the first pipeline was created
+  void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
                         FrameStats& stats);
