@@ -6,6 +6,7 @@ layout(set = 0, binding = 0) uniform FrameBlock { FrameData frame; };
 layout(set = 0, binding = 1) uniform sampler2DShadow shadow_map;
 layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2DArray reflection;
+layout(set = 0, binding = 5) uniform sampler3D light_grid;
 
 layout(push_constant) uniform Push { ObjectData object; };
 // Index of the eye that is drawn.
@@ -17,6 +18,8 @@ layout(constant_id = 2) const bool kLightPerVertex = false;
 layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look, section, x-ray, difference
 layout(constant_id = 4) const bool kGlass = false;  // true: draw as glass, denser at grazing angles
 layout(constant_id = 7) const bool kHandpieceShadow = false;
+// true: light from the room and from other surfaces comes from a grid; false: it is estimated from the shape nearby
+layout(constant_id = 10) const bool kLightGrid = false;
 layout(constant_id = 8) const bool kSpot = false;  // true: the border of the lamp's spot lies on the tissue
 // Content of the drawn bricks (BrickKind in passes/bricks.h); code for other content is compiled out.
 layout(constant_id = 5) const int kHolds = 15;

@@ -91,10 +91,24 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
+/// Light from the room and from other surfaces that a surface at p with the normal n receives: xyz: irradiance over π;
+/// w: fraction of the lamp that is seen. As light_at() in engine/render/light_scene.cpp.
+vec4 grid_light(vec3 p, vec3 n) {
+  // The samples are read half a cell in front of the surface, because those behind it are inside the body.
+  vec3 end = frame.light_samples.xyz - 1.0;
+  vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
+  // The image has z first, and the six faces one after the other along its third axis.
+  vec3 size = vec3(frame.light_samples.zy, 6.0 * frame.light_samples.x), share = n * n;
+  vec3 face = vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) * frame.light_samples.x + q.x;
+  return share.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
+         share.y * textureLod(light_grid, vec3(q.zy, face.y) / size, 0.0) +
+         share.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
+}
+
 // x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the tool is
-// computed separately.
-vec2 tissue_visibility(vec3 p, vec3 n) {
-  vec2 result = vec2(1.0);
+// computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
+vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
+  vec2 result = vec2(beyond, 1.0);
   if (frame.light_size.w > 0.0) {
     float texel = frame.light_size.z / frame.light_size.x;
     // The lookup is offset from the surface, by its slope towards the lamp, so that the surface does not shadow itself.
@@ -121,15 +135,15 @@ vec2 tissue_visibility(vec3 p, vec3 n) {
               (1.0 / (1.0 + far2 / (2.0 * kOcclusionRadius * kOcclusionRadius)));
     }
     result.y = clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0);
-    // Beyond the map there is no shadow. It fades out, so that the map's border is not visible.
+    // The shadow fades out towards the map's border, so that the border is not visible.
     vec2 from_middle = abs(q.xy - 0.5);
-    result = mix(vec2(1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
+    result = mix(vec2(beyond, 1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
   }
   return result;
 }
 
-vec2 visibility(vec3 p, vec3 n) {
-  return tissue_visibility(p, n) * vec2(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n));
+vec2 visibility(vec3 p, vec3 n, float beyond) {
+  return tissue_visibility(p, n, beyond) * vec2(tool_shadow(p) * handpiece_shadow(p) * spot_light(p), tool_occlusion(p, n));
 }
 
 float fifth_power(float x) {
@@ -164,8 +178,8 @@ vec3 tinted(vec3 albedo, float translucent, float nv) {
 }
 
 /// Light that arrives at tissue of this colour and is reflected diffusely. The factor of the colour itself is not
-/// included.
-vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
+/// included. `around`: grid_light() at the surface, if there is a grid.
+vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 around) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
   // Light scatters in translucent tissue. It reaches around the shape, red light farthest, and softens the edges of
   // shadows.
@@ -178,6 +192,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
+  if (kLightGrid) return front * arrives * lamp + around * opened;
   // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue; fitted likewise.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
   // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
@@ -199,8 +214,23 @@ float room_seen(vec3 r, float open) {
   return clamp(open * open + 0.15, 0.0, 1.0) * mix(0.2, 1.0, smoothstep(-0.6, 0.4, dot(r, frame.key.xyz)));
 }
 
+/// Light that comes to a surface from around: from the room and from other surfaces.
+struct Around {
+  vec3 diffuse;   // for a surface with the surface's normal: irradiance over π
+  vec3 mirrored;  // for a surface that faces the direction of the reflection: irradiance over π
+};
+
+/// Light that a surface reflects from the direction r.
+vec3 reflected(vec3 r, float rough, float open, Around around) {
+  return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
+}
+
+/// Fraction of the light from the tissue that passes the film over it, relative to a view along the normal (Schlick). The
+/// tissues' colours include the loss along the normal.
+float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
+
 /// Light that the wet film over the tissue reflects, or metal.
-vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
+vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
@@ -216,8 +246,7 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
   vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
-  float seen = room_seen(r, open);
-  return color + fr * room(r, rough) * seen;
+  return color + fr * reflected(r, rough, open, around);
 }
 
 /// Light for computation per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
@@ -227,7 +256,7 @@ struct CornerGloss {
   vec3 lamp;  // multiply by spot(n · half, width) for each pixel
   float width;  // width of the lamp's image
 };
-CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
+CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, Around around) {
   float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
   float alpha = max(rough * rough, 0.02);
@@ -237,7 +266,7 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
   vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
   CornerGloss out_gloss;
-  out_gloss.broad = fr * room(r, rough) * room_seen(r, light.y);
+  out_gloss.broad = fr * reflected(r, rough, light.y, around);
   float wide = lamp_alpha(alpha);
   out_gloss.lamp = f * (0.25 * wide * wide / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
                    frame.key.w;
@@ -250,9 +279,11 @@ float spot(float nh, float width) {
 }
 
 /// `gloss_normal`: normal of the wet film, which has ripples of its own.
-vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
+vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
-  return albedo * arriving(n, v, albedo, look.translucent, light) + glossy(gloss_normal, v, look, light);
+  float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
+  return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
+         glossy(gloss_normal, v, look, light, around);
 }
 
 // Khronos PBR Neutral (2024): keeps the measured colours of tissues and compresses only the highlights.

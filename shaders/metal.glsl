@@ -15,10 +15,11 @@ const float kRoomOnMetal = 0.62;  // keeps the room's bright bands below white, 
 /// Metal with fine grooves along the unit vector `groove`. The grooves spread reflections across themselves, which makes
 /// the streak of brushed metal: the reflection of the room uses a normal that is bent towards the viewer (Revie 2011),
 /// the lamp an anisotropic GGX distribution (Burley 2012). `brushed`: 0: isotropic, 1: strongest.
-vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo) {
+/// `open`: fraction of the room that the metal reflects; it reflects `around` instead of the rest.
+vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo, float open, vec3 around) {
   vec3 across = cross(n, groove), l = frame.key.xyz;
   vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
-  vec3 color = kRoomOnMetal * albedo * metal_room(reflect(-v, bent), rough);
+  vec3 color = albedo * mix(around, kRoomOnMetal * metal_room(reflect(-v, bent), rough), open);
   float a = max(rough * rough, 0.02), thin = a * (1.0 - 0.6 * brushed), wide = min(a * (1.0 + 4.0 * brushed), 1.0);
   vec3 h = normalize(l + v);
   float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 0.05);

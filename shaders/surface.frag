@@ -24,6 +24,9 @@ layout(location = 0) out vec4 out_color;
 
 layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
 
+/// Light around a point from which the whole room is seen.
+Around open_light(vec3 n, vec3 v) { return Around(ambient_light(n), ambient_light(reflect(-v, n))); }
+
 bool holds(int what) { return (kHolds & what) != 0; }
 
 /// Adds the cursor's ring to the colour. The ring is light inside and dark outside, so that it is visible on every
@@ -48,13 +51,13 @@ void main() {
     // A section shows the inside of a body. It is drawn like the cut face, so that the body looks closed and solid.
     n = -frame.section.xyz;
     vec4 fill = frame.tissue_color[in_pair & 255u];
-    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0))), 1.0);
+    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0), open_light(n, v))), 1.0);
     return;
   }
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
     // The back of an open surface shows no tissue and no tissue colour. It is lit from the viewer's side, without the
     // surface's own shadow.
-    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8)))), 1.0);
+    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8), open_light(-n, v)))), 1.0);
     return;
   }
   uint a = in_pair & 255u, b = in_pair >> 8;
@@ -72,7 +75,7 @@ void main() {
     look = mix(look, in_second_look, share);
     if (share > 0.5) main_tissue = b;
   }
-  vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n);
+  vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n, in_lamp.x);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
@@ -92,7 +95,7 @@ void main() {
     // Glass is transparent if seen from the front, and dense at grazing angles.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
-    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0)));
+    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0), open_light(n, v)));
     out_color = vec4(glow * alpha, alpha);
     return;
   }
@@ -125,5 +128,5 @@ void main() {
     gloss_normal = film_normal(film, gloss_normal);
   }
   out_color = vec4(
-      with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light))), 1.0);
+      with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light, Around(in_room, in_half_way)))), 1.0);
 }

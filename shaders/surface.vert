@@ -21,7 +21,7 @@ layout(location = 6) centroid out vec3 out_second;  // colour of the second tiss
 layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room, reflection of the lamp, and the direction half-way between
-// lamp and eye.
+// lamp and eye. Otherwise grid_light() for the normal, and in the third one for the direction of the reflection.
 layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
@@ -59,8 +59,18 @@ void main() {
   out_room = vec3(0.0);
   out_lamp = vec4(0.0);
   out_half_way = vec3(0.0);
-  if (kLightPerVertex) {
-    vec2 light = visibility(world, n);
+  vec4 around = vec4(0.0, 0.0, 0.0, 1.0);
+  vec3 mirrored = vec3(0.0);
+  if (kLightGrid) {
+    around = grid_light(world, n);
+    mirrored = grid_light(world, reflect(normalize(world - frame.eye[VIEW].xyz), n)).rgb;
+  }
+  if (!kLightPerVertex) {
+    out_room = around.rgb;
+    out_lamp.x = around.w;
+    out_half_way = mirrored;
+  } else {
+    vec2 light = visibility(world, n, around.w);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = in_tissue.x == in_tissue.y ? 0.0 : step(0.5, share);
     if (kFilm) {
@@ -75,9 +85,10 @@ void main() {
     vec3 color = mix(out_first.rgb, out_second, second);
     out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);
     out_second = tinted(out_second * (1.0 - out_second_look.y), out_second_look.w, nv);
-    out_light.rgb = arriving(n, v, color, look.w, light);
+    Look shown = Look(color, look.x, look.w, look.y, look.z);
+    out_light.rgb = film_passes(nv) * arriving(n, v, color, look.w, light, around.rgb);
     out_half_way = normalize(frame.key.xyz + v);
-    CornerGloss gloss = corner_gloss(n, v, out_half_way, Look(color, look.x, look.w, look.y, look.z), light);
+    CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light, Around(around.rgb, mirrored));
     out_room = gloss.broad;
     out_lamp = vec4(gloss.lamp, gloss.width);
   }

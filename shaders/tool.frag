@@ -14,6 +14,7 @@ layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
 
 layout(location = 5) in vec3 in_place;
+layout(location = 6) in vec3 in_around;
 
 // Same values as Finish in engine/render/tool_mesh.h.
 const float kBrushed = 1.0, kGrit = 2.0;
@@ -48,8 +49,8 @@ void main() {
     tint *= mix(1.0, mix(0.55, 1.25, facet.x), seen);
   }
   float brushed = abs(in_look.y - kBrushed) < 0.5 ? smoothstep(0.0, 0.3, length(around)) : 0.0;
-  vec2 light = kLightPerVertex ? in_light : tissue_visibility(in_position + 0.3e-3 * frame.key.xyz, normalize(in_normal.xyz));
-  vec3 color = brushed_metal(n, v, groove, brushed, filtered_roughness(in_look.x, n), tint);
+  vec2 light = kLightPerVertex ? in_light : tissue_visibility(in_position + 0.3e-3 * frame.key.xyz, normalize(in_normal.xyz), 1.0);
+  vec3 color = brushed_metal(n, v, groove, brushed, filtered_roughness(in_look.x, n), tint, kLightGrid ? 0.15 : 1.0, in_around);
   color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);
   out_color = vec4(tone_map(color), 1.0);
 }

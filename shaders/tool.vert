@@ -17,6 +17,7 @@ layout(location = 2) out vec4 out_color;
 layout(location = 3) out vec3 out_look;  // roughness, Finish, blur
 layout(location = 4) out vec2 out_light;
 layout(location = 5) out vec3 out_place;  // m, position in the mesh
+layout(location = 6) out vec3 out_around;  // light from the direction of the reflection, if there is a grid of light
 
 void main() {
   // At fast rotation the flutes are blurred into their hull. At slow rotation they turn.
@@ -44,6 +45,8 @@ void main() {
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), in_look.w, blur);
   out_place = in_hull_position;
+  vec3 r = reflect(normalize(world - frame.eye[VIEW].xyz), out_normal.xyz);
+  out_around = kLightGrid ? grid_light(world, r).rgb : vec3(0.0);
   // The tool receives shadows of the tissue. The lookup is displaced towards the lamp, away from the touched surface.
-  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz) : vec2(1.0);
+  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0) : vec2(1.0);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/gtc/packing.hpp>
 #include <optional>
 #include <span>
 #include <utility>
@@ -55,6 +56,8 @@ struct Renderer::Impl {
   MaskPass mask;
   BrickStore bricks;
   FilmStore film;
+  VolumeImage light;     // LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
+  LightGrid light_grid;  // its faces are only in the image
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
@@ -85,6 +88,7 @@ struct Renderer::Impl {
     create_pictures(2);
     shadow.create_map(context);
     film.set(device, {});
+    set_light({});
   }
 
   ~Impl() {
@@ -100,6 +104,7 @@ struct Renderer::Impl {
     mask.destroy(device);
     bricks.destroy(device);
     film.destroy(device);
+    light.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear, beyond_film}) vkDestroySampler(device.device, s, nullptr);
     timer.destroy(device);
@@ -110,7 +115,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(5, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(6, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
@@ -158,6 +163,10 @@ struct Renderer::Impl {
       data.film_origin = glm::vec4(glm::dvec4(film.grid.origin, 1 / film.grid.spacing));
       data.film_size = glm::vec4(glm::dvec4(film.grid.size, 0));
     }
+    if (light_grid.size.x > 0) {
+      data.light_origin = glm::vec4(glm::dvec4(light_grid.origin, 1 / light_grid.spacing));
+      data.light_samples = glm::vec4(light_grid.size, 0);
+    }
     return data;
   }
 
@@ -165,7 +174,8 @@ struct Renderer::Impl {
   SurfaceEffects effects() const {
     return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
-            .film = film.on()};
+            .film = film.on(),
+            .light_grid = light_grid.size.x > 0};
   }
 
   bool same_particles(const Frame& frame) const {
@@ -193,7 +203,26 @@ struct Renderer::Impl {
     inputs.fill(device, i, 2, nearest, map);
     // Without a mouth mirror, the shadow map is bound to this binding instead; no shader then reads it.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
-    inputs.fill(device, i, 4, beyond_film, film.view);
+    inputs.fill(device, i, 4, beyond_film, film.image.view);
+    inputs.fill(device, i, 5, linear, light.view);
+  }
+
+  void set_light(const LightGrid& grid) {
+    light_grid = grid;
+    light_grid.faces.clear();
+    const glm::ivec3 texels = grid.size * glm::ivec3(6, 1, 1);
+    light.create(device, grid.size.x > 0 ? texels : glm::ivec3(1), VK_FORMAT_R16G16B16A16_SFLOAT);
+    if (grid.size.x == 0) return;
+    gpu::Buffer bytes =
+        gpu::Buffer::create(device, grid.faces.size() * sizeof(std::uint64_t), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+    auto* const packed = bytes.mapped<std::uint64_t>();
+    for (std::size_t i = 0; i < grid.faces.size(); ++i) packed[i] = glm::packHalf4x16(grid.faces[i]);
+    gpu::run_once(device, [&](VkCommandBuffer commands) {
+      const VkBufferImageCopy whole{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                                    .imageExtent = VolumeImage::extent_of(texels)};
+      light.copy(commands, bytes.buffer, {&whole, 1});
+    });
+    bytes.destroy(device);
   }
 
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
@@ -369,7 +398,8 @@ struct Renderer::Impl {
       draw_handpiece(commands, mirrored.tool, view, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
-      if (mirrored.suction.opening > 0) tool.record(context, commands, tip_body, mirrored.suction.X_WS, seen);
+      if (mirrored.suction.opening > 0)
+        tool.record(context, commands, tip_body, mirrored.suction.X_WS, light_grid.size.x > 0, seen);
       surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
@@ -390,7 +420,7 @@ struct Renderer::Impl {
 
   void draw_tool(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     push_view(commands, context.layout, view, 1 - state.opacity);
-    tool.record(context, commands, tool_body, state.X_WG, stats);
+    tool.record(context, commands, tool_body, state.X_WG, light_grid.size.x > 0, stats);
     push_view(commands, context.layout, view);
   }
 
@@ -496,9 +526,10 @@ struct Renderer::Impl {
       draw_handpiece(commands, frame.tool, view, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
-      if (frame.suction.opening > 0) tool.record(context, commands, tip_body, frame.suction.X_WS, stats);
+      if (frame.suction.opening > 0)
+        tool.record(context, commands, tip_body, frame.suction.X_WS, light_grid.size.x > 0, stats);
       if (frame.mirror.diameter > 0) {
-        tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
+        tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
       // A partial redraw draws a black background, too, because the pixels still have their old content.
@@ -582,6 +613,12 @@ void Renderer::set_film(const FilmGrid& grid) {
 void Renderer::update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed) {
   TYPODONT_CHECK(impl_->film.on());
   impl_->film.update(texels, changed);
+}
+
+void Renderer::set_light(const LightGrid& grid) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->set_light(grid);
+  ++impl_->settings_version;
 }
 
 void Renderer::resize(glm::ivec2 size) {

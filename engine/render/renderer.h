@@ -97,6 +97,27 @@ struct FilmBox {
   glm::ivec3 lo{0}, hi{0};
 };
 
+/// Light from the room and from other surfaces; its samples are at origin + spacing · (x, y, z). LightScene computes
+/// it.
+struct LightGrid {
+  dvec3 origin{0};     // m, W
+  double spacing = 0;  // m
+  glm::ivec3 size{0};  // number of samples; 0: no grid
+  // For a surface that faces +x, -x, +y, -y, +z or -z: xyz: irradiance over π, linear; w: fraction of the lamp that is
+  // seen from the sample. See index().
+  std::vector<glm::vec4> faces;
+
+  std::size_t samples() const {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  }
+  std::size_t index(int face, const glm::ivec3& i) const {
+    return ((static_cast<std::size_t>(face) * size.x + static_cast<std::size_t>(i.x)) * size.y +
+            static_cast<std::size_t>(i.y)) *
+               size.z +
+           static_cast<std::size_t>(i.z);
+  }
+};
+
 struct ToolState {
   bool visible = false;
   Pose X_WG;           // the proxy's pose
@@ -201,6 +222,9 @@ class Renderer {
   void set_film(const FilmGrid& grid);
   /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
+  /// Sets the light from the room and from other surfaces that tissue receives. Size 0: the room's light is estimated
+  /// from the shape near each point, and no light crosses from body to body.
+  void set_light(const LightGrid& grid);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.

@@ -44,6 +44,8 @@ struct FrameData {
   vec4 tissue_look[16];   // roughness, metal, wetness
   vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
+  vec4 light_origin;      // the grid of LightGrid: xyz: first sample, m, W; w: samples per m
+  vec4 light_samples;     // xyz: number of samples of this grid along each axis
 };
 
 // push constants of an object

@@ -48,6 +48,11 @@ class Tissues:
     def __init__(self, values, colors, names):
         self.values, self.colors, self.names = values, colors, names
 
+    def drawn(self, name, shown):
+        """Reflectance of a tissue without published absorption. A lower tissue that shines through changes it by the
+        same factor as the program's colour."""
+        return self.infinite(name) * shown / np.maximum(linear(self.colors[name]), 1e-6)
+
     def infinite(self, name):
         """Diffuse reflectance of a thick layer: Kubelka-Munk with K = 2 absorption, S = 3/4 scattering - 1/4
         absorption, or the reflectance itself where it was measured."""
@@ -77,9 +82,9 @@ class Tissues:
         t = self.values[name]
         return 1 / (np.array(t["reduced_scattering_per_mm"]) + np.array(t.get("absorption_per_mm", [0.3] * 3)))
 
-    def of(self, tissue, under, depth):
+    def of(self, tissue, first, under, depth, shown):
         """Arrays over the vertices: reflectance, mean free path (mm), roughness, reflectance of the film at normal
-        incidence, metal."""
+        incidence, metal. `shown`: the program's linear colour for the vertices' `first` tissue."""
         n = len(tissue)
         color, path = np.zeros((n, 3)), np.ones((n, 3))
         rough, mirror, metal = np.full(n, 0.5), np.full(n, 0.04), np.zeros(n)
@@ -90,6 +95,9 @@ class Tissues:
                 continue
             t = self.values[name]
             color[mine] = self.infinite(name)
+            if "absorption_per_mm" not in t and not t.get("metal"):
+                layered = mine & (under > 0) & (tissue == first)
+                color[layered] = self.drawn(name, shown[layered])
             if not t.get("metal"):
                 path[mine] = self.free_path(name)
                 wet = t["wet"]
@@ -143,8 +151,11 @@ def add_body(name, vertices, triangles, tissues, material):
 
     if tissues:
         attribute("share", "FLOAT", vertices["share"])
+        shown = np.stack([vertices[c] for c in ("red", "green", "blue")], 1)
         for which, tissue in (("first", vertices["tissue"]), ("second", vertices["second"])):
-            color, path, rough, mirror, metal = tissues.of(tissue, vertices["under"], vertices["depth"])
+            color, path, rough, mirror, metal = tissues.of(
+                tissue, vertices["tissue"], vertices["under"], vertices["depth"], shown
+            )
             attribute(which + "_color", "FLOAT_VECTOR", color)
             attribute(which + "_path", "FLOAT_VECTOR", path)
             attribute(which + "_gloss", "FLOAT_VECTOR", np.stack([rough, mirror, metal], 1))

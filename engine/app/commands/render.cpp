@@ -252,8 +252,8 @@ void run(const Options& options) {
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
-  stage.hold_suction(scene.suction_tip);
-  ShownGeometry geometry;
+  if (!options.geometry) stage.hold_suction(scene.suction_tip);  // the triangles that are written do not include it
+  ShownGeometry geometry(scene.servo.materials);
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
     std::vector<render::MeshUpdate> surface = carver ? view.update(*carver) : view.update(shown);

@@ -64,6 +64,16 @@ std::string catalogue_name(const haptics::Tool& tool) {
   return name;
 }
 
+/// True if light between bodies need not be computed again: the lamp moves a little with the user's place.
+bool same_light(const render::Lights& a, const render::Lights& b) {
+  const double near = std::cos(0.5 * kDegree);
+  const auto close = [&](const dvec3& p, const dvec3& q) {
+    return glm::dot(glm::normalize(p), glm::normalize(q)) > near;
+  };
+  return close(a.key, b.key) && close(a.up, b.up) && close(toward_window(a), toward_window(b)) &&
+         a.key_strength == b.key_strength && a.ambient == b.ambient;
+}
+
 }  // namespace
 
 bool looks_same(const Pose& a, const Pose& b) {
@@ -205,6 +215,7 @@ PictureStage::~PictureStage() {
 }
 
 void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  if (!tooth_known_) render::append_triangles(tooth_, bricks, origin, render::appearances_of(servo_.materials));
   renderer_->update(render::kWorkingTooth, bricks);
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
@@ -242,6 +253,25 @@ void PictureStage::surround(const Surroundings& around) {
   coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
   typodont::surround(*renderer_, around_, coarse_around_);
   gum_version_ = 0;
+  light_scene_.reset();
+  renderer_->set_light({});
+}
+
+/// Computes the light between the bodies of a mouth at the first frame, and again if the lamp has moved. The bodies are
+/// those of the first frame.
+void PictureStage::follow_light(const render::Lights& lights) {
+  constexpr double kSpacing = 1.25e-3;  // m
+  tooth_known_ = true;
+  if (!around_.lit || (light_scene_ && same_light(lights, lit_by_))) return;
+  if (!light_scene_) {
+    const auto looks = render::appearances_of(servo_.materials);
+    std::vector<render::LitTriangle> triangles = tooth_;
+    for (const SurroundingMesh& mesh : around_.meshes)
+      render::append_triangles(triangles, mesh.coarse, mesh.origin, looks);
+    light_scene_.emplace(std::move(triangles), *around_.lit, kSpacing);
+  }
+  renderer_->set_light(light_scene_->light(render::sources_of(lights)));
+  lit_by_ = lights;
 }
 
 void PictureStage::show_gum(const SoftGumView& gum) {
@@ -356,6 +386,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   follow_head();
   const display::Screen& screen = rig_.screen;
   render::Frame frame = look();
+  follow_light(frame.lights);
   angle_ = std::fmod(angle_ + drawn_spin(tool(), tick.spindle) * dt, 2 * kPi);
   at_rest_ = looks_same(tick.X_WG, shown_at_);
   if (!at_rest_) shown_at_ = tick.X_WG;

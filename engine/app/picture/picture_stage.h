@@ -15,6 +15,7 @@
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
+#include "engine/render/light_scene.h"
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
 #include "engine/render/sight.h"
@@ -168,6 +169,7 @@ class PictureStage {
   const haptics::Tool& tool() const;
   void follow_head();
   void follow_pixels(double pixel);
+  void follow_light(const render::Lights& lights);
   /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the particles.
   void add_cursor(const Pose& X_WG, render::Frame& frame);
 
@@ -189,6 +191,11 @@ class PictureStage {
   std::array<dvec3, 2> first_panel_{};  // m, right and up edges of the panel in the rig file
   display::Hud hud_;
   Surroundings around_;
+  std::vector<render::LitTriangle> tooth_;  // the working tooth as it was in the first frame
+  bool tooth_known_ = false;                // true from the first frame on
+  // Light between the bodies, and the lights for which it was computed; only in scenes with a mouth.
+  std::optional<render::LightScene> light_scene_;
+  render::Lights lit_by_;
   bool coarse_around_ = false;
   std::uint64_t gum_version_ = 0;  // SoftGumView::version() in the renderer
   // s, time since the displayed numbers changed; N, displayed force; rad/s, displayed spindle speed

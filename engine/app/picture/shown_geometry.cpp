@@ -7,6 +7,7 @@
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/render/drawn_matter.h"
+#include "engine/render/srgb.h"
 
 namespace typodont {
 
@@ -30,10 +31,15 @@ void ShownGeometry::add_triangles(std::span<const std::uint32_t> indices, std::s
 void ShownGeometry::add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
   for (const render::MeshUpdate& brick : bricks) {
     const std::size_t first = corners_.size();
-    for (const render::Vertex& v : brick.vertices)
+    for (const render::Vertex& v : brick.vertices) {
+      const render::Look& look = looks_[static_cast<std::size_t>(v.tissue[0])];
+      const dvec3 beneath = render::linear_light(looks_[static_cast<std::size_t>(v.under)].color);
+      const dvec3 color = render::layered_color(render::linear_light(look.color), look.translucency, beneath, v.shows);
       corners_.push_back({millimetres(origin + dvec3(v.p)), v.n, static_cast<std::uint8_t>(body),
                           static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),
-                          static_cast<std::uint8_t>(v.under), v.second, static_cast<float>(v.depth / kMillimetre)});
+                          static_cast<std::uint8_t>(v.under), v.second, static_cast<float>(v.depth / kMillimetre),
+                          glm::vec3(color)});
+    }
     add_triangles(brick.indices, first);
   }
 }
@@ -42,8 +48,8 @@ void ShownGeometry::add(const render::ToolMesh& tool, const Pose& X_WG, float bl
   const std::size_t first = corners_.size();
   for (const render::ToolVertex& v : tool.vertices) {
     const glm::vec3 p = glm::mix(v.p, v.hull_p, blur * v.spins), n = glm::mix(v.n, v.hull_n, blur * v.spins);
-    corners_.push_back(
-        {millimetres(X_WG * dvec3(p)), glm::normalize(glm::vec3(X_WG.R * dvec3(n))), kToolBody, 0, 0, 0, 0, 0});
+    corners_.push_back({millimetres(X_WG * dvec3(p)), glm::normalize(glm::vec3(X_WG.R * dvec3(n))), kToolBody, 0, 0, 0,
+                        0, 0, glm::vec3(0)});
   }
   add_triangles(tool.indices, first);
 }
@@ -57,6 +63,7 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
       "property uchar body\nproperty uchar tissue\nproperty uchar second\nproperty uchar under\n"
       "property float share\nproperty float depth\n"
+      "property float red\nproperty float green\nproperty float blue\n"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       labels, corners_.size(), indices_.size() / 3);
   for (const Corner& c : corners_) {
@@ -68,6 +75,7 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
     append(out, c.under);
     append(out, c.share);
     append(out, c.depth);
+    append(out, c.color);
   }
   for (std::size_t i = 0; i + 2 < indices_.size(); i += 3) {
     append(out, std::uint8_t{3});

@@ -22,9 +22,12 @@ constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseFrom = 45e-6;  // m, surface error above which the coarse mesh is used
-constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which the drawn neighbours end
-constexpr double kCrownFrom = 4e-3;    // m, height above the gum at the working tooth from which only crowns exist
+constexpr double kCoarseBelow = 0.5e-3;  // m, depth of coarse gum or dam below the fine mesh where both exist
+constexpr double kCoarseFrom = 45e-6;    // m, surface error above which the coarse mesh is used
+constexpr double kRootShown = 2.5e-3;    // m, depth below the gum's edge at which the drawn neighbours end
+constexpr double kCrownFrom = 4e-3;      // m, height above the gum at the working tooth from which only crowns exist
+// m, half sizes of the region in which light between bodies is computed, and height of its middle above the gum's edge
+constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
 constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge from which the gum hides the root
@@ -381,8 +384,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
 
   // Meshes the gum or the dam: with a fine mesh near the working tooth, with a coarse mesh along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
-  const auto soft = [&](const Box& box, double voxel, bool fine, const auto& wanted) {
-    add(box, voxel, kGumTolerance, fine, distance, gum_label, wanted, [&](auto& mesh) {
+  const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted) {
+    add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
       if (plan.dam)
         paint(mesh, render::kRubber);
       else if (phantom)
@@ -397,11 +400,15 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     if (plan.dam) box.grow(box.hi + plan.crown * 8e-3);
     return box;
   }();
-  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, everywhere);
+  soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks overlap the fine ones by up to one brick; the fine ones hide the difference.
-    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel, false,
+    // The coarse bricks overlap the fine ones by up to one brick. There the coarse surface lies below the fine one.
+    const auto below = [&](const dvec3& p) {
+      const dvec3 inside = glm::min(p - near.lo, near.hi - p);
+      return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));
+    };
+    soft(plan.dam ? shape.arch_box(14e-3, 3e-3) : shape.arch_box(14e-3, -3e-3), voxel, false, below,
          [&](const dvec3& lo, const dvec3& hi) {
            return glm::any(glm::lessThan(lo, near.lo)) || glm::any(glm::greaterThan(hi, near.hi));
          });
@@ -437,6 +444,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     if (!plan.dam) body(render::kTongue, Tissue::kPulp, &Jaw::tongue, deep);
   }
   body(render::kSkin, Tissue::kAir, &Jaw::face, plain);
+  const dvec3 work = shape.middle + plan.crown * (glm::dot(plan.margin - shape.middle, plan.crown) + kLitMiddle);
+  const dvec3 reach =
+      glm::abs(plan.arch) * kLitAlong + glm::abs(shape.across) * kLitAcross + glm::abs(plan.crown) * kLitUp;
+  result.lit = {work - reach, work + reach};
   return result;
 }
 

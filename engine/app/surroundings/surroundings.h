@@ -9,6 +9,7 @@
 
 #include "engine/app/surroundings/plan.h"
 #include "engine/render/renderer.h"
+#include "engine/render/sight.h"
 
 namespace typodont {
 
@@ -57,6 +58,8 @@ struct Surroundings {
   /// no point.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m; the coarse mesh is good enough if the allowed surface error is larger
+  /// The region in which light between bodies is computed (render::LightScene). Empty: a scene without a mouth.
+  std::optional<render::BoxInWorld> lit;
 };
 /// Builds the meshes. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);

@@ -8,52 +8,13 @@ namespace typodont::render {
 namespace {
 
 constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM;
-constexpr VkPipelineStageFlags2 kReaders =
-    VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT;
-
-/// Size of the image: the x axis of the image is the z axis of the grid, which is stored first.
-VkExtent3D extent_of(const glm::ivec3& size) {
-  return {static_cast<std::uint32_t>(size.z), static_cast<std::uint32_t>(size.y), static_cast<std::uint32_t>(size.x)};
-}
 
 }  // namespace
 
 void FilmStore::set(gpu::Device& device, const FilmGrid& wanted) {
   destroy(device);
   grid = wanted;
-  const glm::ivec3 size = on() ? grid.size : glm::ivec3(1);
-  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
-                               .imageType = VK_IMAGE_TYPE_3D,
-                               .format = kFilmFormat,
-                               .extent = extent_of(size),
-                               .mipLevels = 1,
-                               .arrayLayers = 1,
-                               .samples = VK_SAMPLE_COUNT_1_BIT,
-                               .tiling = VK_IMAGE_TILING_OPTIMAL,
-                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
-                               .initialLayout = VK_IMAGE_LAYOUT_UNDEFINED};
-  gpu::check(vkCreateImage(device.device, &info, nullptr, &image), "vkCreateImage");
-  VkMemoryRequirements requirements;
-  vkGetImageMemoryRequirements(device.device, image, &requirements);
-  memory = device.allocate(requirements, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
-  gpu::check(vkBindImageMemory(device.device, image, memory.memory, memory.offset), "vkBindImageMemory");
-  const VkImageViewCreateInfo seen{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-                                   .image = image,
-                                   .viewType = VK_IMAGE_VIEW_TYPE_3D,
-                                   .format = kFilmFormat,
-                                   .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1}};
-  gpu::check(vkCreateImageView(device.device, &seen, nullptr, &view), "vkCreateImageView");
-  gpu::run_once(device, [&](VkCommandBuffer commands) {
-    gpu::transition(commands, image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
-                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE,
-                    VK_PIPELINE_STAGE_2_CLEAR_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
-    const VkClearColorValue nothing{};
-    const VkImageSubresourceRange whole{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-    vkCmdClearColorImage(commands, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &nothing, 1, &whole);
-    gpu::transition(commands, image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_CLEAR_BIT,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT, kReaders, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
-  });
+  image.create(device, on() ? grid.size : glm::ivec3(1), kFilmFormat);
 }
 
 void FilmStore::update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes) {
@@ -96,24 +57,15 @@ std::uint64_t FilmStore::record(gpu::Device& device, VkCommandBuffer commands, i
                       .bufferImageHeight = 0,
                       .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
                       .imageOffset = {part.lo.z, part.lo.y, part.lo.x},
-                      .imageExtent = extent_of(part.size)});
-  gpu::transition(commands, image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                  VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, kReaders, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
-                  VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  vkCmdCopyBufferToImage(commands, buffer.buffer, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                         static_cast<std::uint32_t>(copies.size()), copies.data());
-  gpu::transition(commands, image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                  VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT,
-                  VK_ACCESS_2_TRANSFER_WRITE_BIT, kReaders, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+                      .imageExtent = VolumeImage::extent_of(part.size)});
+  image.copy(commands, buffer.buffer, copies);
   parts.clear();
   texels.clear();
   return bytes;
 }
 
 void FilmStore::destroy(gpu::Device& device) {
-  if (view) vkDestroyImageView(device.device, view, nullptr);
-  if (image) vkDestroyImage(device.device, image, nullptr);
-  device.release(memory);
+  image.destroy(device);
   staging.destroy(device);
   *this = {};
 }

@@ -7,14 +7,13 @@
 
 #include "engine/render/passes/changed.h"
 #include "engine/render/passes/context.h"
+#include "engine/render/passes/volume_image.h"
 
 namespace typodont::render {
 
 struct FilmStore {
   FilmGrid grid;  // size 0 if there is no film
-  VkImage image = VK_NULL_HANDLE;
-  VkImageView view = VK_NULL_HANDLE;
-  gpu::Allocation memory;
+  VolumeImage image;
   SlotBuffers staging;
   struct Part {  // a changed part of the grid that waits for the next frame
     glm::ivec3 lo{0}, size{0};

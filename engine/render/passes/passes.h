@@ -24,8 +24,9 @@ struct ShadowPass {
 /// Effects on tissue that not every scene and level needs.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;  // the border of the lamp's spot
-  bool film = false;  // water and slurry on the surface
+  bool spot = false;        // the border of the lamp's spot
+  bool film = false;        // water and slurry on the surface
+  bool light_grid = false;  // light from the room and from other surfaces is read from a grid
   bool operator==(const SurfaceEffects&) const = default;
 };
 
@@ -83,7 +84,8 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
+  bool with_light_grid = false;  // SurfaceEffects::light_grid for which the first pipeline was created
+  void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
                         FrameStats& stats);

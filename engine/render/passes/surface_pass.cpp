@@ -48,6 +48,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.constants.push_back(effects.handpiece_shadow ? 1u : 0u);  // kHandpieceShadow
       o.constants.push_back(effects.spot ? 1u : 0u);              // kSpot
       o.constants.push_back(effects.film ? 1u : 0u);              // kFilm
+      o.constants.push_back(effects.light_grid ? 1u : 0u);        // kLightGrid
       chosen = gpu::create_pipeline(context.device, o);
     }
     std::size_t end = i + 1;

@@ -67,8 +67,13 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
 }
 
 void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
-                      FrameStats& stats) {
+                      bool light_grid, FrameStats& stats) {
   if (!body.mesh.index_count) return;
+  if (pipeline && light_grid != with_light_grid) {
+    vkDeviceWaitIdle(context.device.device);
+    destroy_pipeline(context.device, pipeline);
+  }
+  with_light_grid = light_grid;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
     o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -77,6 +82,8 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
+    // Constants of frame.glsl that a tool does not use, then kLightGrid.
+    o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);

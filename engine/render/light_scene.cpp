@@ -1,0 +1,480 @@
+#include "engine/render/light_scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "engine/base/units.h"
+#include "engine/render/shared.h"
+#include "engine/render/srgb.h"
+
+namespace typodont::render {
+
+namespace {
+
+constexpr int kRays = 64;              // per sample of the grid
+constexpr std::int32_t kNothing = -1;  // a ray that leaves the scene
+constexpr std::int32_t kBack = -2;     // a ray that meets the back of a triangle
+constexpr double kInside = 0.25;       // a sample whose rays meet more backs than this fraction is inside a body
+constexpr float kMargin = 20e-6f;      // m, distance from a surface at which a ray starts
+constexpr int kLampRays = 4;
+constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
+
+/// Directions distributed evenly over the sphere (Fibonacci's spiral).
+std::array<glm::vec3, kRays> sphere_directions() {
+  std::array<glm::vec3, kRays> all;
+  for (int i = 0; i < kRays; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kRays, r = std::sqrt(1 - z * z), a = kPi * (3 - std::sqrt(5.0)) * i;
+    all[static_cast<std::size_t>(i)] = glm::vec3(r * std::cos(a), r * std::sin(a), z);
+  }
+  return all;
+}
+
+constexpr std::array<glm::vec3, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+
+/// A tree of boxes over triangles, for rays.
+class RayTree {
+ public:
+  explicit RayTree(const std::vector<LitTriangle>& triangles) {
+    std::vector<glm::vec3> middles;
+    for (const LitTriangle& t : triangles) {
+      order_.push_back(static_cast<std::uint32_t>(order_.size()));
+      middles.push_back((t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f);
+    }
+    nodes_.reserve(triangles.size());
+    if (!order_.empty()) build(triangles, middles, 0, order_.size());
+    for (const std::uint32_t i : order_) {
+      const auto& c = triangles[i].corners;
+      stored_.push_back({c[0], c[1] - c[0], c[2] - c[0]});
+    }
+  }
+
+  struct Hit {
+    float way = std::numeric_limits<float>::max();
+    std::uint32_t triangle = 0;
+    bool back = false;
+  };
+  /// The nearest triangle along a ray, if it is nearer than hit.way. `any`: the first one found is enough.
+  bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
+    if (nodes_.empty()) return false;
+    const glm::vec3 inverse = 1.0f / direction;
+    struct Waiting {
+      std::uint32_t node;
+      float way;
+    };
+    std::array<Waiting, 64> stack;
+    std::size_t depth = 0;
+    stack[depth++] = {0, entry(nodes_[0], from, inverse)};
+    bool found = false;
+    while (depth > 0) {
+      const Waiting next = stack[--depth];
+      if (next.way >= hit.way) continue;
+      const Node& node = nodes_[next.node];
+      if (node.count > 0) {
+        for (std::uint32_t k = node.first; k < node.first + node.count; ++k)
+          if (meet(stored_[k], from, direction, hit)) {
+            hit.triangle = order_[k];
+            found = true;
+            if (any) return true;
+          }
+        continue;
+      }
+      // The nearer child is visited first.
+      Waiting a{node.first, entry(nodes_[node.first], from, inverse)};
+      Waiting b{node.second, entry(nodes_[node.second], from, inverse)};
+      if (a.way > b.way) std::swap(a, b);
+      if (b.way < hit.way) stack[depth++] = b;
+      if (a.way < hit.way) stack[depth++] = a;
+    }
+    return found;
+  }
+
+ private:
+  static constexpr std::size_t kLeaf = 4;
+  struct Node {
+    glm::vec3 lo{1e9f}, hi{-1e9f};
+    std::uint32_t first = 0, second = 0;  // children, or in a leaf the first triangle
+    std::uint32_t count = 0;              // triangles of a leaf
+  };
+  struct Stored {
+    glm::vec3 corner, along, beside;
+  };
+  struct Box {
+    glm::vec3 lo{1e9f}, hi{-1e9f};
+    void grow(const glm::vec3& l, const glm::vec3& h) { lo = glm::min(lo, l), hi = glm::max(hi, h); }
+    float area() const {
+      const glm::vec3 d = glm::max(hi - lo, 0.0f);
+      return d.x * d.y + d.y * d.z + d.z * d.x;
+    }
+  };
+
+  /// The area of the boxes of the two parts, each times its number of triangles, estimates the time of a ray (surface
+  /// area heuristic). The split is the best one of kParts equal steps along the longest axis of the middles.
+  std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
+                      std::size_t first, std::size_t end) {
+    constexpr int kParts = 12;
+    const auto index = static_cast<std::uint32_t>(nodes_.size());
+    nodes_.emplace_back();
+    Box middle, whole;
+    for (std::size_t k = first; k < end; ++k) {
+      for (const glm::vec3& c : triangles[order_[k]].corners) whole.grow(c, c);
+      middle.grow(middles[order_[k]], middles[order_[k]]);
+    }
+    const glm::vec3 size = middle.hi - middle.lo;
+    const int axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
+    const auto part_of = [&](std::uint32_t i) {
+      const float at = (middles[i][axis] - middle.lo[axis]) / size[axis] * kParts;
+      return std::clamp(static_cast<int>(at), 0, kParts - 1);
+    };
+    std::size_t half = first;
+    if (end - first > kLeaf && size[axis] > 0) {
+      std::array<Box, kParts> boxes;
+      std::array<std::size_t, kParts> counts{};
+      for (std::size_t k = first; k < end; ++k) {
+        const auto part = static_cast<std::size_t>(part_of(order_[k]));
+        ++counts[part];
+        for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
+      }
+      std::array<float, kParts> after{};  // cost of the parts from this one on
+      Box box;
+      std::size_t count = 0;
+      for (int p = kParts - 1; p > 0; --p) {
+        const auto i = static_cast<std::size_t>(p);
+        box.grow(boxes[i].lo, boxes[i].hi);
+        after[i] = box.area() * static_cast<float>(count += counts[i]);
+      }
+      float least = std::numeric_limits<float>::max();
+      int best = 1;
+      box = {};
+      count = 0;
+      for (int p = 1; p < kParts; ++p) {
+        const auto i = static_cast<std::size_t>(p);
+        box.grow(boxes[i - 1].lo, boxes[i - 1].hi);
+        const float cost = box.area() * static_cast<float>(count += counts[i - 1]) + after[i];
+        if (cost < least) least = cost, best = p;
+      }
+      const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
+      half = static_cast<std::size_t>(
+          std::partition(at(first), at(end), [&](std::uint32_t i) { return part_of(i) < best; }) - order_.begin());
+      if (half == first || half == end) half = (first + end) / 2;
+    }
+    Node node{whole.lo, whole.hi, static_cast<std::uint32_t>(first), 0, static_cast<std::uint32_t>(end - first)};
+    if (half > first) {
+      node.count = 0;
+      node.first = build(triangles, middles, first, half);
+      node.second = build(triangles, middles, half, end);
+    }
+    nodes_[index] = node;
+    return index;
+  }
+  /// Distance at which the ray enters the box; a large number if it misses the box.
+  static float entry(const Node& node, const glm::vec3& from, const glm::vec3& inverse) {
+    const glm::vec3 a = (node.lo - from) * inverse, b = (node.hi - from) * inverse;
+    const glm::vec3 near = glm::min(a, b), far = glm::max(a, b);
+    const float in = std::max({near.x, near.y, near.z, 0.0f}), out = std::min({far.x, far.y, far.z});
+    return in <= out ? in : std::numeric_limits<float>::max();
+  }
+  /// Möller and Trumbore 1997.
+  static bool meet(const Stored& t, const glm::vec3& from, const glm::vec3& direction, Hit& hit) {
+    const glm::vec3 p = glm::cross(direction, t.beside);
+    const float d = glm::dot(t.along, p);
+    if (d == 0) return false;
+    const glm::vec3 s = from - t.corner;
+    const float u = glm::dot(s, p) / d;
+    if (u < 0 || u > 1) return false;
+    const glm::vec3 q = glm::cross(s, t.along);
+    const float v = glm::dot(direction, q) / d;
+    if (v < 0 || u + v > 1) return false;
+    const float way = glm::dot(t.beside, q) / d;
+    if (way <= 0 || way >= hit.way) return false;
+    hit.way = way;
+    hit.back = d < 0;
+    return true;
+  }
+
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Stored> stored_;  // in the order of `order_`
+};
+
+/// Calls each(i) for 0 <= i < count on several threads.
+template <class Each>
+void in_parallel(std::size_t count, const Each& each) {
+  constexpr std::size_t kBlock = 32;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t first = next.fetch_add(kBlock); first < count; first = next.fetch_add(kBlock))
+      for (std::size_t i = first; i < std::min(first + kBlock, count); ++i) each(i);
+  };
+  std::vector<std::jthread> others;
+  for (unsigned t = 1; t < std::min(4u, std::thread::hardware_concurrency()); ++t) others.emplace_back(work);
+  work();
+}
+
+glm::vec3 smooth_steps(float from, float to, float x, const glm::vec3& low, const glm::vec3& high) {
+  const float t = std::clamp((x - from) / (to - from), 0.0f, 1.0f);
+  return glm::mix(low, high, t * t * (3 - 2 * t));
+}
+
+}  // namespace
+
+void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
+                      const std::array<Look, kMatterCount>& looks) {
+  std::array<glm::dvec3, kMatterCount> colors;
+  for (std::size_t i = 0; i < looks.size(); ++i) colors[i] = linear_light(looks[i].color);
+  for (const MeshUpdate& brick : bricks)
+    for (std::size_t i = 0; i + 2 < brick.indices.size(); i += 3) {
+      LitTriangle t;
+      dvec3 albedo(0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vertex& v = brick.vertices[brick.indices[i + k]];
+        t.corners[k] = glm::vec3(origin + dvec3(v.p));
+        const auto matter = static_cast<std::size_t>(v.tissue[v.second > 0.5f]);
+        albedo += layered_color(colors[matter], looks[matter].translucency, colors[static_cast<std::size_t>(v.under)],
+                                static_cast<double>(v.shows)) /
+                  3.0;
+      }
+      t.albedo = glm::vec3(albedo);
+      triangles.push_back(t);
+    }
+}
+
+LightSources sources_of(const Lights& lights) {
+  const glm::vec3 up(glm::normalize(lights.up)), window(toward_window(lights));
+  const auto ambient = static_cast<float>(lights.ambient);
+  LightSources sources;
+  sources.room = [up, window, ambient](const glm::vec3& d) {
+    return ambient * (smooth_steps(-0.9f, 0.9f, glm::dot(d, up), shared::kRoomFloor, shared::kRoomCeiling) +
+                      smooth_steps(0.45f, 1.05f, glm::dot(d, window), glm::vec3(0), shared::kRoomWindow));
+  };
+  sources.toward_lamp = glm::vec3(glm::normalize(lights.key));
+  sources.lamp_half_angle = shared::kLampHalfAngle;
+  sources.lamp = shared::kLampColor * static_cast<float>(lights.key_strength / kPi);
+  return sources;
+}
+
+glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
+  const glm::vec3 end(grid.size - 1);
+  const glm::vec3 q =
+      glm::clamp(glm::vec3((p - grid.origin) / grid.spacing) + static_cast<float>(kBegin) * n, glm::vec3(0), end);
+  const glm::ivec3 low = glm::min(glm::ivec3(q), glm::max(grid.size - 2, 0)), high = glm::min(low + 1, grid.size - 1);
+  const glm::vec3 f = q - glm::vec3(low);
+  glm::vec4 sum(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int face = 2 * axis + (n[axis] < 0 ? 1 : 0);
+    const auto at = [&](int x, int y, int z) { return grid.faces[grid.index(face, {x, y, z})]; };
+    const auto along_z = [&](int x, int y) { return glm::mix(at(x, y, low.z), at(x, y, high.z), f.z); };
+    const auto along_y = [&](int x) { return glm::mix(along_z(x, low.y), along_z(x, high.y), f.y); };
+    sum += n[axis] * n[axis] * glm::mix(along_y(low.x), along_y(high.x), f.x);
+  }
+  return sum;
+}
+
+struct LightScene::Impl {
+  std::vector<LitTriangle> triangles;
+  RayTree tree;
+  LightGrid empty;  // the grid without light
+  std::array<glm::vec3, kRays> directions = sphere_directions();
+  struct Sample {
+    std::size_t at = 0;  // index in the grid
+    glm::vec3 p{0};      // m, W, where its rays start
+    bool valid = false;  // false: inside a body
+  };
+  std::vector<Sample> samples;
+  std::vector<std::int32_t> met;    // per sample and ray: index in `used`, kNothing or kBack
+  std::vector<std::uint32_t> used;  // the triangles that rays met
+
+  Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing)
+      : triangles(std::move(given)), tree(triangles) {
+    empty.origin = box.lo;
+    empty.spacing = spacing;
+    empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
+    find_samples();
+    cast_rays();
+  }
+
+  glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
+
+  /// Samples that the lookup at a surface may read: those around a triangle's box.
+  void find_samples() {
+    std::vector<std::uint8_t> wanted(empty.samples(), 0);
+    for (const LitTriangle& t : triangles) {
+      const auto& c = t.corners;
+      const glm::vec3 origin(empty.origin);
+      const float scale = static_cast<float>(1 / empty.spacing);
+      const glm::vec3 lo = (glm::min(glm::min(c[0], c[1]), c[2]) - origin) * scale - static_cast<float>(kBegin);
+      const glm::vec3 hi = (glm::max(glm::max(c[0], c[1]), c[2]) - origin) * scale + static_cast<float>(kBegin);
+      const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(lo)), 0);
+      const glm::ivec3 last = glm::min(glm::ivec3(glm::ceil(hi)), empty.size - 1);
+      for (int x = first.x; x <= last.x; ++x)
+        for (int y = first.y; y <= last.y; ++y)
+          for (int z = first.z; z <= last.z; ++z) wanted[empty.index(0, {x, y, z})] = 1;
+    }
+    for (int x = 0; x < empty.size.x; ++x)
+      for (int y = 0; y < empty.size.y; ++y)
+        for (int z = 0; z < empty.size.z; ++z) {
+          const std::size_t at = empty.index(0, {x, y, z});
+          if (wanted[at]) samples.push_back({at, place({x, y, z}), true});
+        }
+  }
+
+  void cast_rays() {
+    met.resize(samples.size() * kRays);
+    in_parallel(samples.size(), [&](std::size_t s) {
+      Sample& sample = samples[s];
+      // A few rays tell whether the sample is inside a body. Then it moves out through the nearest surface, unless that
+      // is farther than a cell.
+      constexpr std::size_t kFew = 4;
+      int backs = 0;
+      float nearest = static_cast<float>(1.75 * empty.spacing);
+      glm::vec3 out(0);
+      for (std::size_t r = 0; r < kRays; r += kFew) {
+        RayTree::Hit hit;
+        if (!tree.cast(sample.p, directions[r], hit, false) || !hit.back) continue;
+        ++backs;
+        if (hit.way < nearest) nearest = hit.way, out = directions[r] * (hit.way + 3 * kMargin);
+      }
+      if (backs > kInside * kRays / kFew) {
+        sample.valid = out != glm::vec3(0);
+        if (!sample.valid) return;
+        sample.p += out;
+      }
+      backs = 0;
+      for (std::size_t r = 0; r < kRays; ++r) {
+        RayTree::Hit hit;
+        const bool meets = tree.cast(sample.p, directions[r], hit, false);
+        met[s * kRays + r] = !meets ? kNothing : hit.back ? kBack : static_cast<std::int32_t>(hit.triangle);
+        backs += meets && hit.back;
+      }
+      sample.valid = backs <= kInside * kRays;
+    });
+    // The triangles that rays met get consecutive numbers.
+    std::vector<std::int32_t> number(triangles.size(), kNothing);
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      if (met[i] < 0 || !samples[i / kRays].valid) continue;
+      std::int32_t& n = number[static_cast<std::size_t>(met[i])];
+      if (n == kNothing) {
+        n = static_cast<std::int32_t>(used.size());
+        used.push_back(static_cast<std::uint32_t>(met[i]));
+      }
+      met[i] = n;
+    }
+  }
+
+  /// Fraction of the lamp that is seen from p.
+  float lamp_seen(const glm::vec3& p, const LightSources& sources) const {
+    const glm::vec3 l = sources.toward_lamp, side = std::abs(l.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+    const glm::vec3 a = glm::normalize(glm::cross(side, l)), b = glm::cross(l, a);
+    int free = 0;
+    for (int i = 0; i < kLampRays; ++i) {
+      const float r = sources.lamp_half_angle * std::sqrt((static_cast<float>(i) + 0.5f) / kLampRays);
+      const float turn = 2.39996323f * static_cast<float>(i);
+      RayTree::Hit hit;
+      if (!tree.cast(p, glm::normalize(l + r * (std::cos(turn) * a + std::sin(turn) * b)), hit, true)) ++free;
+    }
+    return static_cast<float>(free) / kLampRays;
+  }
+
+  /// Gives samples without light of their own the mean of their neighbours that have light, layer by layer.
+  void fill(LightGrid& grid, std::vector<std::uint8_t> known) const {
+    std::vector<glm::ivec3> missing, next;
+    for (int x = 0; x < grid.size.x; ++x)
+      for (int y = 0; y < grid.size.y; ++y)
+        for (int z = 0; z < grid.size.z; ++z)
+          if (!known[grid.index(0, {x, y, z})]) missing.push_back({x, y, z});
+    while (!missing.empty()) {
+      next.clear();
+      std::vector<std::size_t> found;
+      for (const glm::ivec3& i : missing) {
+        int count = 0;
+        std::array<glm::vec4, 6> sum{};
+        for (const glm::vec3& face : kFaces) {
+          const glm::ivec3 j = i + glm::ivec3(face);
+          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size)) ||
+              !known[grid.index(0, j)])
+            continue;
+          ++count;
+          for (int f = 0; f < 6; ++f) sum[static_cast<std::size_t>(f)] += grid.faces[grid.index(f, j)];
+        }
+        if (count == 0) {
+          next.push_back(i);
+          continue;
+        }
+        for (int f = 0; f < 6; ++f)
+          grid.faces[grid.index(f, i)] = sum[static_cast<std::size_t>(f)] / static_cast<float>(count);
+        found.push_back(grid.index(0, i));
+      }
+      if (found.empty()) return;  // no sample has light
+      for (const std::size_t at : found) known[at] = 1;
+      std::swap(missing, next);
+    }
+  }
+
+  LightGrid light(const LightSources& sources, int bounces) const {
+    LightGrid grid = empty;
+    grid.faces.assign(6 * grid.samples(), glm::vec4(0));
+
+    std::vector<glm::vec3> direct(used.size()), radiance(used.size()), middles(used.size()), normals(used.size());
+    in_parallel(used.size(), [&](std::size_t i) {
+      const LitTriangle& t = triangles[used[i]];
+      const glm::vec3 n = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
+      const float length = glm::length(n);
+      normals[i] = length > 0 ? n / length : glm::vec3(0);
+      middles[i] = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
+      const float facing = glm::dot(normals[i], sources.toward_lamp);
+      if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
+    });
+
+    // Weight of each ray in the light of each face.
+    std::array<std::array<float, kRays>, 6> weights;
+    for (std::size_t f = 0; f < 6; ++f) {
+      float sum = 0;
+      for (std::size_t r = 0; r < kRays; ++r) sum += weights[f][r] = std::max(glm::dot(directions[r], kFaces[f]), 0.0f);
+      for (float& w : weights[f]) w /= sum;
+    }
+    std::array<glm::vec3, kRays> outside;
+    for (std::size_t r = 0; r < kRays; ++r) outside[r] = sources.room(directions[r]);
+
+    std::vector<std::uint8_t> known(grid.samples(), 0);
+    std::vector<float> lamp(samples.size());
+    for (const Sample& s : samples) known[s.at] = s.valid;
+    in_parallel(samples.size(), [&](std::size_t s) {
+      if (samples[s].valid) lamp[s] = lamp_seen(samples[s].p, sources);
+    });
+    const std::size_t stride = grid.samples();
+    for (int bounce = 0; bounce <= bounces; ++bounce) {
+      if (bounce > 0)
+        in_parallel(used.size(), [&](std::size_t i) {
+          const glm::vec3 arrives = glm::vec3(light_at(grid, dvec3(middles[i]), normals[i]));
+          radiance[i] = triangles[used[i]].albedo * (direct[i] + arrives);
+        });
+      in_parallel(samples.size(), [&](std::size_t s) {
+        if (!samples[s].valid) return;
+        std::array<glm::vec3, 6> sums{};
+        for (std::size_t r = 0; r < kRays; ++r) {
+          const std::int32_t m = met[s * kRays + r];
+          if (m == kBack) continue;
+          const glm::vec3& light = m == kNothing ? outside[r] : radiance[static_cast<std::size_t>(m)];
+          for (std::size_t f = 0; f < 6; ++f) sums[f] += weights[f][r] * light;
+        }
+        for (std::size_t f = 0; f < 6; ++f) grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f], lamp[s]);
+      });
+      fill(grid, known);
+    }
+    return grid;
+  }
+};
+
+LightScene::LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing)
+    : impl_(std::make_unique<Impl>(std::move(triangles), box, spacing)) {}
+LightScene::~LightScene() = default;
+LightScene::LightScene(LightScene&&) noexcept = default;
+LightScene& LightScene::operator=(LightScene&&) noexcept = default;
+
+LightGrid LightScene::light(const LightSources& sources, int bounces) const {
+  return impl_->light(sources, bounces);
+}
+
+}  // namespace typodont::render

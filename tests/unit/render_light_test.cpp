@@ -1,0 +1,158 @@
+// Light between bodies: against analytic cases, and its way into the picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "engine/render/light_scene.h"
+#include "tests/support/stage.h"
+#include "tests/support/tooth_mesh.h"
+
+namespace typodont::test {
+namespace {
+
+using render::LightScene;
+using render::LightSources;
+using render::LitTriangle;
+
+/// Two triangles; the side from which a, b, c, d run counter-clockwise is the front.
+void add_plate(std::vector<LitTriangle>& all, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
+               const glm::vec3& d, const glm::vec3& albedo) {
+  all.push_back({{a, b, c}, albedo});
+  all.push_back({{a, c, d}, albedo});
+}
+void add_box(std::vector<LitTriangle>& all, const glm::vec3& lo, const glm::vec3& hi, const glm::vec3& albedo) {
+  const auto at = [&](int x, int y, int z) { return glm::vec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z); };
+  add_plate(all, at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1), albedo);
+  add_plate(all, at(0, 1, 0), at(0, 0, 0), at(0, 0, 1), at(0, 1, 1), albedo);
+  add_plate(all, at(1, 1, 0), at(0, 1, 0), at(0, 1, 1), at(1, 1, 1), albedo);
+  add_plate(all, at(0, 0, 0), at(1, 0, 0), at(1, 0, 1), at(0, 0, 1), albedo);
+  add_plate(all, at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1), albedo);
+  add_plate(all, at(0, 1, 0), at(1, 1, 0), at(1, 0, 0), at(0, 0, 0), albedo);
+}
+LightSources room_of(const glm::vec3& radiance) {
+  LightSources sources;
+  sources.room = [radiance](const glm::vec3&) { return radiance; };
+  return sources;
+}
+LightSources lamp_at(const glm::vec3& toward) {
+  LightSources sources = room_of(glm::vec3(0));
+  sources.toward_lamp = glm::normalize(toward);
+  sources.lamp = glm::vec3(1);
+  return sources;
+}
+const glm::vec3 kUp(0, 0, 1);
+
+TEST(LightScene, WhiteBodiesInAUniformRoomAreAsBrightAsTheRoomAlsoInTheGapBetweenThem) {
+  std::vector<LitTriangle> all;
+  add_box(all, {0, 0, 0}, {6e-3f, 8e-3f, 5e-3f}, glm::vec3(1));
+  add_box(all, {8e-3f, 0, 0}, {14e-3f, 8e-3f, 5e-3f}, glm::vec3(1));
+  const LightScene scene(all, {dvec3(-2e-3), dvec3(16e-3, 10e-3, 7e-3)}, 1e-3);
+  const glm::vec3 room(0.7f, 0.5f, 0.3f);
+  const render::LightGrid grid = scene.light(room_of(room), 40);
+  const auto shines = [&](const dvec3& p, const glm::vec3& n) {
+    const glm::vec4 light = render::light_at(grid, p, n);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(light[c], room[c], 0.04 * room[c]) << p.x << " " << p.z;
+  };
+  shines({3e-3, 4e-3, 5e-3}, kUp);
+  shines({6e-3, 4e-3, 4e-3}, {1, 0, 0});
+  shines({6e-3, 4e-3, 2.5e-3}, {1, 0, 0});
+  // Black bodies hide the room from each other: the gap is darker.
+  for (LitTriangle& t : all) t.albedo = glm::vec3(0);
+  const LightScene dark(all, {dvec3(-2e-3), dvec3(16e-3, 10e-3, 7e-3)}, 1e-3);
+  EXPECT_LT(render::light_at(dark.light(room_of(room)), {6e-3, 4e-3, 2.5e-3}, {1, 0, 0}).x, 0.6f * room.x);
+}
+
+TEST(LightScene, ALitDiscGivesTheLightOfItsFormFactor) {
+  constexpr float kRadius = 10e-3f, kHeight = 10e-3f, kAlbedo = 0.6f;
+  constexpr int kParts = 64;
+  std::vector<LitTriangle> all;
+  for (int i = 0; i < kParts; ++i) {
+    const auto rim = [&](int k) {
+      const double a = 2 * kPi * k / kParts;
+      return glm::vec3(kRadius * std::cos(a), kRadius * std::sin(a), 0);
+    };
+    all.push_back({{glm::vec3(0), rim(i), rim(i + 1)}, glm::vec3(kAlbedo)});
+  }
+  // A small black receiver that faces the disc, so that samples exist there.
+  const float s = 0.05e-3f;
+  all.push_back({{glm::vec3(0, 0, kHeight), {0, s, kHeight}, {s, 0, kHeight}}, glm::vec3(0)});
+  const LightScene scene(all, {dvec3(-2e-3), dvec3(2e-3, 2e-3, 12e-3)}, 0.5e-3);
+  const render::LightGrid grid = scene.light(lamp_at(kUp), 1);
+  const double height = kHeight - 0.25e-3;  // the samples are read half a cell in front
+  const double expected = kAlbedo * kRadius * kRadius / (kRadius * kRadius + height * height);
+  EXPECT_NEAR(render::light_at(grid, {0, 0, kHeight}, -kUp).x, expected, 0.05 * expected);
+}
+
+TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
+  constexpr float kLong = 0.4f;
+  std::vector<LitTriangle> all;
+  // The wall faces +x.
+  add_plate(all, {0, -kLong, 0}, {0, kLong, 0}, {0, kLong, kLong}, {0, -kLong, kLong}, {0.8f, 0, 0});
+  add_plate(all, {0, -kLong, 0}, {kLong, -kLong, 0}, {kLong, kLong, 0}, {0, kLong, 0}, glm::vec3(0));
+  const LightScene scene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3);
+  const render::LightGrid grid = scene.light(lamp_at({1, 0, 1}), 3);
+  const glm::vec4 light = render::light_at(grid, {2e-3, 4e-3, 0}, kUp);
+  const double expected = 0.5 * 0.8 * std::sqrt(0.5);
+  EXPECT_NEAR(light.x, expected, 0.06 * expected);
+  EXPECT_EQ(light.y, 0);
+  EXPECT_EQ(light.w, 1) << "the lamp is seen";
+}
+
+TEST(LightScene, TheLampIsNotSeenUnderARoof) {
+  std::vector<LitTriangle> all;
+  add_box(all, {-20e-3f, -20e-3f, -2e-3f}, {20e-3f, 20e-3f, 0}, glm::vec3(0.5f));
+  add_box(all, {-6e-3f, -6e-3f, 4e-3f}, {6e-3f, 6e-3f, 5e-3f}, glm::vec3(0.5f));
+  const LightScene scene(all, {dvec3(-12e-3), dvec3(12e-3)}, 1e-3);
+  LightSources sources = lamp_at(kUp);
+  sources.lamp_half_angle = 0.1f;
+  const render::LightGrid grid = scene.light(sources);
+  EXPECT_EQ(render::light_at(grid, {0, 0, 0}, kUp).w, 0);
+  EXPECT_EQ(render::light_at(grid, {10e-3, 0, 0}, kUp).w, 1);
+}
+
+TEST(LightScene, ASurfaceHasTheSameLightWhereverItLiesBetweenTheSamples) {
+  for (const float offset : {0.0f, 0.1e-3f, 0.35e-3f, 0.5e-3f, 0.8e-3f}) {
+    std::vector<LitTriangle> all;
+    add_box(all, {-8e-3f, -8e-3f, -4e-3f}, {8e-3f, 8e-3f, offset}, glm::vec3(0.6f));
+    const LightScene scene(all, {dvec3(-10e-3), dvec3(10e-3)}, 1e-3);
+    const render::LightGrid grid = scene.light(room_of(glm::vec3(0.4f)));
+    for (const glm::vec3& n : {kUp, glm::normalize(glm::vec3(0.3f, -0.2f, 0.9f))})
+      EXPECT_NEAR(render::light_at(grid, {1.3e-3, 0.4e-3, offset}, n).x, 0.4, 0.05) << offset;
+    EXPECT_EQ(grid.faces, LightScene(all, {dvec3(-10e-3), dvec3(10e-3)}, 1e-3).light(room_of(glm::vec3(0.4f))).faces);
+  }
+}
+
+TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTraceWhenItIsGone) {
+  for (const std::size_t step : {std::size_t{0}, std::size_t{2}, std::size(render::kQualityLadder) - 1}) {
+    const render::Quality& quality = render::kQualityLadder[step];
+    Stage stage({160, 128}, quality);
+    stage.renderer->update(0, tooth_mesh(0, 0.5e-3));
+    const render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+    stage.draw(frame);
+    const render::Picture plain = stage.eye(0);
+    render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}};
+    red.faces.assign(6 * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
+    stage.renderer->set_light(red);
+    stage.draw(frame);
+    const render::Picture coloured = stage.eye(0);
+    int redder = 0, bluer = 0;
+    for (int y = 0; y < plain.size.y; ++y)
+      for (int x = 0; x < plain.size.x; ++x) {
+        const std::uint8_t *a = plain.at(x, y), *b = coloured.at(x, y);
+        const int change = (b[0] - b[2]) - (a[0] - a[2]);
+        redder += change > 10;
+        bluer += change < -10;
+      }
+    EXPECT_GT(redder, plain.size.x * plain.size.y / 20) << quality.name;
+    EXPECT_EQ(bluer, 0) << quality.name;
+    EXPECT_FALSE(stage.draw(frame).drawn) << "nothing has changed";
+    stage.renderer->set_light({});
+    stage.draw(frame);
+    EXPECT_EQ(compare(stage.eye(0), plain, 0).pixels, 0) << quality.name;
+    EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test
