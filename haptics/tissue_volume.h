@@ -17,6 +17,7 @@
 
 namespace typodont::haptics {
 
+class NaturalSurface;
 class Solid;
 class PlacedHead;
 class VoxelStamp;
@@ -158,6 +159,14 @@ class TissueVolume {
   /// triangles; cuts and fillings do not change it.
   const std::shared_ptr<const TissueMesh>& mesh() const;
   void set_mesh(std::shared_ptr<const TissueMesh> mesh);
+
+  /// The tissue before the first cut; null if keep_natural_surface() was not called. Cuts, fillings and undo do not
+  /// change it, and clone() shares it.
+  const std::shared_ptr<const NaturalSurface>& natural_surface() const;
+  /// Keeps the present tissue as the natural one.
+  void keep_natural_surface();
+  /// For a volume that was computed from another one.
+  void set_natural_surface(std::shared_ptr<const NaturalSurface> natural);
   /// The zero set of the field as triangles, see surface_mesh() in tissue_mesh.h.
   TissueMesh extract_mesh() const;
 

@@ -4,17 +4,18 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 #include "filtered.glsl"
+#include "cut_tissue.glsl"
 #include "tooth.glsl"
 #include "gum.glsl"
 #include "film.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
-layout(location = 2) centroid in vec4 in_light;
+layout(location = 2) centroid in vec4 in_light;  // see surface.vert
 layout(location = 3) flat in uint in_pair;
 layout(location = 4) centroid in vec3 in_mesh_position;
 layout(location = 5) centroid in vec4 in_first;
-layout(location = 6) centroid in vec3 in_second;
+layout(location = 6) centroid in vec4 in_second;  // w: fraction laid open by a cut
 layout(location = 7) flat in vec4 in_first_look;
 layout(location = 8) flat in vec4 in_second_look;
 layout(location = 9) centroid in vec3 in_room;
@@ -71,7 +72,7 @@ void main() {
     float width = fwidth(in_light.w) + 1e-5;
     share = a == b ? 0.0 : clamp((in_light.w - 0.5) / width + 0.5, 0.0, 1.0);
     if (holds(kHoldsDecay) && a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.5 - max(0.5 * width, 0.09), 0.5 + max(0.5 * width, 0.09), in_light.w);
-    color = mix(color, in_second, share);
+    color = mix(color, in_second.rgb, share);
     look = mix(look, in_second_look, share);
     if (share > 0.5) main_tissue = b;
   }
@@ -100,6 +101,8 @@ void main() {
     return;
   }
   if (kLightPerVertex) {
+    if (holds(kHoldsGum) && main_tissue == kGingiva && kView == 0)
+      color *= stippling(in_mesh_position, n, in_first.w, length(fwidth(in_mesh_position)));
     // The highlight keeps its energy when it is widened.
     float width = filtered_width(in_lamp.w, n);
     vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
@@ -110,9 +113,11 @@ void main() {
   if (kView != 3) {
     float pixel = length(fwidth(in_position));  // m
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
-      color = enamel(color, in_mesh_position, n, light.y, pixel, gloss_normal);
+      look = surface_look(kEnamel, look, in_second.w);
+      color = enamel(color, in_mesh_position, n, light.y, pixel, in_second.w, gloss_normal);
     } else if (holds(kHoldsPairs) && main_tissue == kDentin) {
-      color = dentin(color, in_mesh_position, n, pixel, gloss_normal, look.x);
+      look = surface_look(kDentin, look, in_second.w);
+      color = dentin(color, in_mesh_position, n, pixel, in_second.w, gloss_normal, look.x);
       if (a != b && (a == kPulp || b == kPulp))
         color = bloody(color, in_mesh_position, a == kPulp ? 1.0 - in_light.w : in_light.w);
     } else if (holds(kHoldsPairs) && main_tissue == kPulp) {
@@ -127,6 +132,7 @@ void main() {
     cover_with_film(film, color, look);
     gloss_normal = film_normal(film, gloss_normal);
   }
-  out_color = vec4(
-      with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light, Around(in_room, in_half_way)))), 1.0);
+  Look shown = Look(color, look.x, look.w, look.y, look.z);
+  vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, in_half_way));
+  out_color = vec4(with_cursor(tone_map(lit + color * light.y * in_light.rgb)), 1.0);
 }

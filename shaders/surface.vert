@@ -4,20 +4,23 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 #include "film.glsl"
+#include "cut_tissue.glsl"
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;  // w: difference, in units of kDifferenceRange
-// the two tissues, the fraction of the second over 255, the lower tissue, the lower tissue's fraction
+// Low bits: the two tissues; w: the lower tissue. High bits: fraction of the surface that a cut laid open, thinness, and
+// w: the visible fraction of the lower tissue. z: the fraction of the second tissue over 255.
 layout(location = 2) in uvec4 in_tissue;
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// incident light, if it is computed per vertex; w: fraction of the second tissue
+// incident light, if it is computed per vertex, otherwise only the light that crosses thin tissue where the room is
+// open; w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
 layout(location = 5) centroid out vec4 out_first;  // first tissue over the lower tissue; w: the lower one's fraction
-layout(location = 6) centroid out vec3 out_second;  // colour of the second tissue
+layout(location = 6) centroid out vec4 out_second;  // colour of the second tissue; w: fraction laid open by a cut
 layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room, reflection of the lamp, and the direction half-way between
@@ -39,23 +42,25 @@ void main() {
   gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
   gl_ClipDistance[0] = dot(frame.clip, vec4(world, 1.0));
   gl_ClipDistance[1] = dot(frame.section, vec4(world, 1.0));
+  uint tissue_1 = in_tissue.x & 15u, tissue_2 = in_tissue.y & 15u;
+  float cut = float(in_tissue.x >> 4) / 15.0, thin = float(in_tissue.y >> 4) / 15.0;
   out_position = world;
   out_normal = vec4(n, in_normal.w);
-  out_pair = in_tissue.x | (in_tissue.y << 8);
+  out_pair = tissue_1 | (tissue_2 << 8);
   out_mesh_position = in_position;
   float share = float(in_tissue.z) / 255.0, shows = float(in_tissue.w >> 4) / 15.0;
   vec3 beneath = frame.tissue_color[in_tissue.w & 15u].rgb;
-  vec4 first = frame.tissue_color[in_tissue.x];
-  out_first = vec4(over(first, beneath, shows), shows);
-  out_first_look = vec4(frame.tissue_look[in_tissue.x].xyz, first.w);
-  out_second = out_first.rgb;
+  vec4 first = frame.tissue_color[tissue_1];
+  out_first = vec4(surface_color(tissue_1, over(first, beneath, shows), cut, thin), shows);
+  out_first_look = vec4(frame.tissue_look[tissue_1].xyz, first.w);
+  out_second = vec4(out_first.rgb, cut);
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
-    vec4 second = frame.tissue_color[in_tissue.y];
-    out_second = over(second, beneath, shows);
-    out_second_look = vec4(frame.tissue_look[in_tissue.y].xyz, second.w);
+    vec4 second = frame.tissue_color[tissue_2];
+    out_second.rgb = surface_color(tissue_2, over(second, beneath, shows), cut, thin);
+    out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);
   }
-  out_light = vec4(0.0, 0.0, 0.0, share);
+  out_light = vec4(through_edge(n, thin), share);
   out_room = vec3(0.0);
   out_lamp = vec4(0.0);
   out_half_way = vec3(0.0);
@@ -72,21 +77,23 @@ void main() {
   } else {
     vec2 light = visibility(world, n, around.w);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
-    float nv = max(dot(n, v), 1e-3), second = in_tissue.x == in_tissue.y ? 0.0 : step(0.5, share);
+    float nv = max(dot(n, v), 1e-3), second = tissue_1 == tissue_2 ? 0.0 : step(0.5, share);
+    out_first_look = surface_look(tissue_1, out_first_look, cut);
+    out_second_look = surface_look(tissue_2, out_second_look, cut);
     if (kFilm) {
       vec4 film = film_at(world);
       cover_with_film(film, out_first.rgb, out_first_look);
-      if (in_tissue.x == in_tissue.y || (kHolds & kHoldsPairs) == 0)
-        out_second = out_first.rgb, out_second_look = out_first_look;
+      if (tissue_1 == tissue_2 || (kHolds & kHoldsPairs) == 0)
+        out_second.rgb = out_first.rgb, out_second_look = out_first_look;
       else
-        cover_with_film(film, out_second, out_second_look);
+        cover_with_film(film, out_second.rgb, out_second_look);
     }
     vec4 look = mix(out_first_look, out_second_look, second);
-    vec3 color = mix(out_first.rgb, out_second, second);
+    vec3 color = mix(out_first.rgb, out_second.rgb, second);
     out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);
-    out_second = tinted(out_second * (1.0 - out_second_look.y), out_second_look.w, nv);
+    out_second.rgb = tinted(out_second.rgb * (1.0 - out_second_look.y), out_second_look.w, nv);
     Look shown = Look(color, look.x, look.w, look.y, look.z);
-    out_light.rgb = film_passes(nv) * arriving(n, v, color, look.w, light, around.rgb);
+    out_light.rgb = film_passes(nv) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
     out_half_way = normalize(frame.key.xyz + v);
     CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light, Around(around.rgb, mirrored));
     out_room = gloss.broad;

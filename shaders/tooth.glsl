@@ -1,12 +1,11 @@
 // Fine structure of tooth tissues, drawn where lighting is computed per pixel. Positions are in the tooth's own frame,
 // whose z is the tooth's axis, so that the structure stays with the tooth.
 
-const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
-
 // Widths of structures, m.
 const float kPerikymata = 0.10e-3;  // distance of the growth lines on the side of a crown; real ones: 0.03 to 0.15 mm
 const float kCrackSpacing = 2.6e-3;  // microcracks run from the neck to the cusps
 const float kCrackSeen = 0.12e-3;  // cracks are thinner than a pixel; they are drawn if four pixels are narrower than this
+const float kPrismStriae = 0.06e-3;  // width of the bundles of enamel prisms that a cut shows (Hunter-Schreger bands)
 const float kFlute = 0.09e-3;  // marks that the blades of a bur leave on a cut wall
 
 /// The tooth's axis in W: the body's own z.
@@ -35,10 +34,15 @@ vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
 float resolved(float period, float pixel) { return smoothstep(2.0, 4.0, period / max(pixel, 1e-9)); }
 
 /// Sound enamel: growth lines and ripples of the wet film in the normal `n_gloss`, stain in fissures, and microcracks in
-/// the colour. `open`: fraction of the room's light that arrives; `pixel`: size of a pixel on the surface, m.
-vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gloss) {
+/// the colour. Cut enamel (`cut`: fraction) shows its prisms instead, as fine striae. `open`: fraction of the room's
+/// light that arrives; `pixel`: size of a pixel on the surface, m.
+vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, float cut, inout vec3 n_gloss) {
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
+  if (cut > 0.5) {
+    float stria = noise(vec3(p.xy / kPrismStriae, p.z / (8.0 * kPrismStriae)));
+    return color * mix(1.0, 0.88 + 0.22 * stria, resolved(kPrismStriae, pixel));
+  }
   n_gloss = bumped(n, p, 0.55e-3, 0.02);
   float line = p.z / kPerikymata + 0.6 * noise(p * 1800.0);
   float wave = cos(6.2831853 * line) * 0.035 * side * resolved(kPerikymata, pixel);
@@ -53,8 +57,13 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, inout vec3 n_gl
   return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }
 
-/// Cut dentin: the smear layer is dull and uneven, and the blades of the bur leave fine ridges along their way.
-vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, inout vec3 n_gloss, inout float rough) {
+/// Cut dentin (`cut`: fraction): the smear layer is dull and uneven, and the blades of the bur leave fine ridges along
+/// their way. A natural surface is the cementum of a root: matt and finely grained.
+vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_gloss, inout float rough) {
+  if (cut < 0.5) {
+    n_gloss = bumped(n, p, 0.20e-3, 0.05);
+    return color * (0.90 + 0.10 * noise(p * 2200.0) + 0.06 * noise(p * 500.0));
+  }
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
   // On a wall the ridges are level, on a floor they run along the way of the bur, which bends slowly.

@@ -408,7 +408,12 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
     volume.paint(*tissue_named(item["tissue"].string()), *solid, haptics::read_hardness(item));
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
-  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, solid_files));
+  if (scene.needs("render")) volume.keep_natural_surface();
+  for (const Json& item : scene.prepare) {
+    const auto natural = volume.natural_surface();
+    volume = without_solid(volume, *haptics::read_solid(item, solid_files));
+    volume.set_natural_surface(natural);
+  }
   if (scene.implant) check_plan(*scene.implant, volume, scene.file);
   return volume;
 }

@@ -101,6 +101,7 @@ struct TissueVolume::Impl {
   double band = 0;  // m
   bool exact_outside = true;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
+  std::shared_ptr<const NaturalSurface> natural;
   KeySet changed;                          // bricks that changed since the last take_changed_bricks()
   KeySet carved;  // bricks that were cut: outside the tissue, their distances are no longer exact
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and

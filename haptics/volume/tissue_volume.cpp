@@ -9,6 +9,7 @@
 
 #include "engine/base/fnv.h"
 #include "haptics/lanes.h"
+#include "haptics/natural_surface.h"
 #include "haptics/share.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"
@@ -234,6 +235,16 @@ void TissueVolume::set_mesh(std::shared_ptr<const TissueMesh> mesh) {
   impl_->mesh = std::move(mesh);
 }
 
+const std::shared_ptr<const NaturalSurface>& TissueVolume::natural_surface() const {
+  return impl_->natural;
+}
+void TissueVolume::keep_natural_surface() {
+  impl_->natural = std::make_shared<const NaturalSurface>(*this);
+}
+void TissueVolume::set_natural_surface(std::shared_ptr<const NaturalSurface> natural) {
+  impl_->natural = std::move(natural);
+}
+
 void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
   if (impl_->carved.empty()) return;
@@ -412,6 +423,7 @@ TissueVolume TissueVolume::clone() const {
   copy->filled = v.filled;
   copy->graded = v.graded;
   copy->mesh = v.mesh;
+  copy->natural = v.natural;
   return TissueVolume(std::move(copy));
 }
 

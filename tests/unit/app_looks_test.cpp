@@ -514,5 +514,70 @@ TEST(WhatShowsThrough, ThinEnamelShowsItsDentinAndThickEnamelNone) {
   EXPECT_LT(far / fars, 0.05);
 }
 
+/// A ball of dentin, radius 4 mm, and the same ball from which a scene prepared a shaft of 2 mm radius.
+Scene ball_scene(const char* prepare) {
+  const std::string text = fmt::format(
+      R"({{"tissue": {{"voxel_mm": 0.1, "band_mm": 1.5, "solids": [
+         {{"tissue": "dentin", "solid": {{"sphere": {{"center_mm": [0, 0, 0], "radius_mm": 4}}}}}}]}},
+         "prepare": [{}], "tool": "round_012", "parts": ["render"]}})",
+      prepare);
+  return parse_scene(Json::parse(text, "scene.json"), "scene.json");
+}
+
+TEST(CutSurface, ACavityIsCutAndTheTissueAroundItIsNatural) {
+  haptics::TissueVolume volume = load_tissue(
+      ball_scene(R"({"cylinder": {"center_mm": [0, 0, 3], "axis": [0, 0, 1], "radius_mm": 2, "height_mm": 4}})"));
+  TissueView view;
+  int inside = 0, outside = 0;
+  for (const auto& brick : view.update(volume))
+    for (const auto& v : brick.vertices) {
+      const dvec3 p = volume.frame().origin + dvec3(v.p);
+      // The rim of the shaft is at a distance of 4 mm from the middle, too.
+      if (std::abs(std::hypot(p.x, p.y) - 2e-3) < 0.3e-3 && p.z > 3e-3) continue;
+      const bool natural = glm::length(p) > 3.9e-3;
+      EXPECT_EQ(v.cut, natural ? 0 : 1) << p.x << " " << p.y << " " << p.z;
+      ++(natural ? outside : inside);
+    }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 100);
+}
+
+TEST(CutSurface, AnUncutToothHasNone) {
+  haptics::TissueVolume molar = load_tissue(read_scene(assets_folder() / "scenes/molar-caries.json"));
+  TissueView view(0.5f);
+  int cut = 0, all = 0;
+  const auto crown = [&](const dvec3& p) { return p.z > 14e-3; };
+  for (const auto& brick : view.update(molar))
+    for (const auto& v : brick.vertices) {
+      ++all;
+      cut += v.cut > 0.5f;
+      if (crown(molar.frame().origin + dvec3(v.p))) {
+        EXPECT_LT(v.cut, 0.5f);
+      }
+    }
+  EXPECT_GT(all, 1000);
+  EXPECT_LT(cut, all / 100);  // the scan has a crack in the furcation that is as narrow as a voxel
+}
+
+TEST(ThinTissue, ItsThinnessFollowsItsThickness) {
+  for (const double thickness_mm : {0.4, 0.8, 1.2, 2.4}) {
+    haptics::TissueVolume plate = solids(
+        fmt::format(R"({{"tissue": "enamel", "solid": {{"box": {{"center_mm": [0, 0, 0], "size_mm": [6, 6, {}]}}}}}})",
+                    thickness_mm)
+            .c_str());
+    TissueView view;
+    int middles = 0;
+    for (const auto& brick : view.update(plate))
+      for (const auto& v : brick.vertices) {
+        const dvec3 p = plate.frame().origin + dvec3(v.p);
+        if (std::max(std::abs(p.x), std::abs(p.y)) > 2.5e-3) continue;
+        const double expected = std::max(0.0, 1 - thickness_mm * kMillimetre / render::kTranslucentThickness);
+        EXPECT_NEAR(v.thin, expected, 0.08) << thickness_mm;
+        ++middles;
+      }
+    EXPECT_GT(middles, 4);
+  }
+}
+
 }  // namespace
 }  // namespace typodont

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "haptics/natural_surface.h"
+
 namespace typodont {
 
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
@@ -65,6 +67,9 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 namespace {
 
 constexpr int kSearchDepth = 14;  // voxels, limit of the search below a vertex
+// Voxels outside the surface at which the natural tissue tells a cut. A cut that is shallower is not recognised. At a
+// larger distance a natural fissure would be mistaken for a cut, because its opposite wall is near.
+constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     32;  // bricks per update; they take some milliseconds, so that the hand's patches are not delayed
 
@@ -83,23 +88,52 @@ constexpr double translucency_depth(Tissue tissue) {
   }
 }
 
+bool translucent(Tissue tissue) {
+  return tissue == Tissue::kEnamel || tissue == Tissue::kDentin;
+}
+
 }  // namespace
+
+void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
+  const haptics::NaturalSurface* const natural = volume.natural_surface().get();
+  const dvec3& volume_origin = volume.frame().origin;
+  const double voxel = volume.frame().voxel;
+  const dvec3 origin = dvec3(labels_.origin()) - 0.5;  // all coordinates are positive, so truncation rounds
+  const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
+  for (render::Vertex& v : update.vertices) {
+    if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
+    const glm::vec3 start(dvec3(v.p) / voxel - origin);
+    if (natural) {
+      const double before = natural->inside(volume_origin + dvec3(v.p) + kCutSeen * voxel * dvec3(v.n));
+      v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
+    }
+    constexpr float kStep = 0.75f;  // voxels
+    for (float way = 1.5f; way < most; way += kStep)
+      if (labels_.empty(glm::ivec3(start - way * v.n))) {
+        v.thin = 1 - (way - 0.5f * kStep) * static_cast<float>(voxel / render::kTranslucentThickness);
+        break;
+      }
+  }
+}
 
 void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   // Range of labels to load: below the vertices and slightly around them.
-  const auto reach_of = [&](const render::Vertex& v) {  // voxels
-    return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
+  const auto within = [&](double depth) {  // voxels
+    return static_cast<float>(std::min(depth / voxel, static_cast<double>(kSearchDepth)));
   };
+  const auto reach_of = [&](const render::Vertex& v) { return within(translucency_depth(own(v))); };
   glm::vec3 low(update.vertices.front().p), high(low);
   for (const render::Vertex& v : update.vertices) {
-    const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
+    const double depth = std::max(translucency_depth(own(v)), render::kTranslucentThickness);
+    const glm::vec3 end = v.p - within(depth) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
+  find_cuts_and_edges(volume, update);
   // If there is only one tissue, nothing shines through and no boundary exists.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();

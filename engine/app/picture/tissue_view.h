@@ -57,6 +57,8 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
+  /// Sets Vertex::cut and Vertex::thin. The labels around the brick must be loaded.
+  void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
   LabelBlocks labels_;  // labels around the bricks of this update

@@ -31,6 +31,7 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
     };
     throw Error(file.string(), "", words(is), words(expected) + ", as the scene's tissue has them");
   }
+  tissue.set_natural_surface(untouched.natural_surface());
   return tissue;
 }
 

@@ -228,7 +228,9 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
   } else {
     take_solids(ideal, copy);
   }
-  return from_dense(copy, start.band());
+  haptics::TissueVolume made = from_dense(copy, start.band());
+  made.set_natural_surface(start.natural_surface());
+  return made;
 }
 
 TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start)

@@ -17,13 +17,16 @@ std::int16_t snorm16(float v) {
   return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f));
 }
 GpuVertex pack(const Vertex& v) {
-  static_assert(kMatterCount <= 16, "four bits name the tissue beneath");
-  const long shows = std::lround(std::clamp(v.shows, 0.0f, 1.0f) * 15.0f);
+  static_assert(kMatterCount <= 16, "four bits name a tissue");
+  // a tissue in the low four bits, a fraction in the high four
+  const auto with = [](Tissue tissue, float fraction) {
+    return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
+                                                                     << 4);
+  };
   return {{v.p.x, v.p.y, v.p.z},
           {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
-          {static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),
-           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)),
-           static_cast<std::uint8_t>(static_cast<long>(v.under) | shows << 4)}};
+          {with(v.tissue[0], v.cut), with(v.tissue[1], v.thin),
+           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), with(v.under, v.shows)}};
 }
 
 /// Computes a brick's bounding box and normal cone, for culling.

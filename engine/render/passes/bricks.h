@@ -15,7 +15,8 @@ namespace typodont::render {
 struct GpuVertex {
   float p[3];         // m, mesh
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
-  // the two tissues; the second tissue's fraction · 255; low bits: tissue below, high bits: its visible fraction · 15
+  // low bits: the two tissues, tissue[3]: the tissue below; high bits · 15: Vertex::cut, Vertex::thin, and
+  // Vertex::shows. tissue[2]: the second tissue's fraction · 255
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);

@@ -1,0 +1,61 @@
+#include "haptics/natural_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr std::int32_t kEmpty = -1, kFull = -2;
+
+std::size_t index_of(const glm::ivec3& block, const glm::ivec3& count) {
+  return (static_cast<std::size_t>(block.x) * count.y + static_cast<std::size_t>(block.y)) * count.z +
+         static_cast<std::size_t>(block.z);
+}
+
+}  // namespace
+
+NaturalSurface::NaturalSurface(const TissueVolume& volume) : frame_(volume.frame()) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  if (lo.x > hi.x) return;
+  first_ = lo >> 3;
+  count_ = (hi >> 3) - first_ + 1;
+  block_.reserve(static_cast<std::size_t>(count_.x) * count_.y * count_.z);
+  glm::ivec3 key;
+  for (key.x = 0; key.x < count_.x; ++key.x)
+    for (key.y = 0; key.y < count_.y; ++key.y)
+      for (key.z = 0; key.z < count_.z; ++key.z) {
+        SolidBits bits;
+        volume.solid_block(first_ + key, bits);
+        const auto all = [&](std::uint64_t word) {
+          return std::all_of(bits.begin(), bits.end(), [&](std::uint64_t w) { return w == word; });
+        };
+        const auto next = static_cast<std::int32_t>(mixed_.size());
+        block_.push_back(all(0) ? kEmpty : all(~std::uint64_t{0}) ? kFull : next);
+        if (block_.back() == next) mixed_.push_back(bits);
+      }
+}
+
+bool NaturalSurface::solid(const glm::ivec3& voxel) const {
+  const glm::ivec3 block = (voxel >> 3) - first_, in = voxel & 7;
+  if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return false;
+  const std::int32_t found = block_[index_of(block, count_)];
+  if (found < 0) return found == kFull;
+  return mixed_[static_cast<std::size_t>(found)][static_cast<std::size_t>(in.x)] >> (8 * in.y + in.z) & 1;
+}
+
+double NaturalSurface::inside(const glm::dvec3& p_W) const {
+  const glm::dvec3 at = frame_.to_voxels(p_W), low = glm::floor(at), part = at - low;
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
+    if (!solid(glm::ivec3(low) + step)) continue;
+    const glm::dvec3 weight = glm::mix(1.0 - part, part, glm::dvec3(step));
+    sum += weight.x * weight.y * weight.z;
+  }
+  return sum;
+}
+
+}  // namespace typodont::haptics
