@@ -493,7 +493,11 @@ class StrokePlanner {
 
   /// Adds passes along the floor, in rows along its longer side. Returns the heights of its flat parts.
   std::vector<double> floors() {
-    std::map<long, int> columns;  // number of columns for each height
+    struct Level {
+      int columns = 0;
+      double highest = 0;  // m
+    };
+    std::map<long, Level> levels;  // by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
@@ -508,7 +512,8 @@ class StrokePlanner {
         if (!joins && !piece.empty()) pieces.emplace_back();
         if (!height) continue;
         pieces.back().push_back({x, y, *height});
-        ++columns[std::lround(*height / same_level_)];
+        Level& level = levels[std::lround(*height / same_level_)];
+        level.highest = level.columns++ > 0 ? std::max(level.highest, *height) : *height;
       }
       if (back) {
         std::reverse(pieces.begin(), pieces.end());
@@ -519,9 +524,9 @@ class StrokePlanner {
       if (strokes_.size() > before) back = !back;
     }
     std::vector<double> flat;
-    for (const auto& [level, count] : columns)
-      if (count * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
-        flat.push_back(static_cast<double>(level) * same_level_ + on_line_);
+    for (const auto& [height, level] : levels)
+      if (level.columns * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+        flat.push_back(level.highest + on_line_);
     return flat;
   }
 
