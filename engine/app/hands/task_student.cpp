@@ -142,11 +142,18 @@ class StrokePlanner {
   }
   /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
   bool clears_surroundings(const dvec3& p_W) const {
-    const double near = tool_.reach() + kFromAround;
-    if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
-    return std::all_of(head_.begin(), head_.end(), [&](const dvec3& d) {
-      const dvec3 q_W = p_W + in_.frame.voxel * d;
-      return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+    const auto clears = [&](const dvec3& q_W, double near) {
+      return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
+    };
+    if (clears(p_W, tool_.reach() + kFromAround)) return true;
+    const double h = in_.frame.voxel;
+    return std::all_of(head_groups_.begin(), head_groups_.end(), [&](const Points& group) {
+      return clears(p_W + h * group.center, h * group.radius + kFromAround) ||
+             std::all_of(group.points.begin(), group.points.end(), [&](const dvec3& d) {
+               const dvec3 q_W = p_W + h * d;
+               return around_->neighbour(q_W) > kFromAround &&
+                      (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+             });
     });
   }
   /// True if a head at p removes tissue.
