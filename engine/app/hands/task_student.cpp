@@ -142,11 +142,18 @@ class StrokePlanner {
   }
   /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
   bool clears_surroundings(const dvec3& p_W) const {
-    const double near = tool_.reach() + kFromAround;
-    if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
-    return std::all_of(head_.begin(), head_.end(), [&](const dvec3& d) {
-      const dvec3 q_W = p_W + in_.frame.voxel * d;
-      return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+    const auto clears = [&](const dvec3& q_W, double near) {
+      return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
+    };
+    if (clears(p_W, tool_.reach() + kFromAround)) return true;
+    const double h = in_.frame.voxel;
+    return std::all_of(head_groups_.begin(), head_groups_.end(), [&](const Points& group) {
+      return clears(p_W + h * group.center, h * group.radius + kFromAround) ||
+             std::all_of(group.points.begin(), group.points.end(), [&](const dvec3& d) {
+               const dvec3 q_W = p_W + h * d;
+               return around_->neighbour(q_W) > kFromAround &&
+                      (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+             });
     });
   }
   /// True if a head at p removes tissue.
@@ -493,7 +500,11 @@ class StrokePlanner {
 
   /// Adds passes along the floor, in rows along its longer side. Returns the heights of its flat parts.
   std::vector<double> floors() {
-    std::map<long, int> columns;  // number of columns for each height
+    struct Level {
+      int columns = 0;
+      double highest = 0;  // m
+    };
+    std::map<long, Level> levels;  // by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
@@ -508,7 +519,8 @@ class StrokePlanner {
         if (!joins && !piece.empty()) pieces.emplace_back();
         if (!height) continue;
         pieces.back().push_back({x, y, *height});
-        ++columns[std::lround(*height / same_level_)];
+        Level& level = levels[std::lround(*height / same_level_)];
+        level.highest = level.columns++ > 0 ? std::max(level.highest, *height) : *height;
       }
       if (back) {
         std::reverse(pieces.begin(), pieces.end());
@@ -519,9 +531,9 @@ class StrokePlanner {
       if (strokes_.size() > before) back = !back;
     }
     std::vector<double> flat;
-    for (const auto& [level, count] : columns)
-      if (count * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
-        flat.push_back(static_cast<double>(level) * same_level_ + on_line_);
+    for (const auto& [height, level] : levels)
+      if (level.columns * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+        flat.push_back(level.highest + on_line_);
     return flat;
   }
 
