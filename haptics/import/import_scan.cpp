@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -77,6 +78,57 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
     }
   }
   return out;
+}
+
+// Closes canals that the walls of the box cut open. Without this, a nerve canal or a root canal that leaves the box
+// would be connected to the surroundings and would not count as a cavity of the body or of the tooth. In the sample
+// plane of each wall, holes of the samples brighter than `bound` are found whose extent is at most `widest` (m); two
+// planes outside the wall get the grey value `fill` there.
+static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
+                        double voxel) {
+  constexpr int kRim = 2;  // samples, overlap of a lid with the tissue around its hole
+  for (int a = 0; a < 3; ++a) {
+    const int u = (a + 1) % 3, v = (a + 2) % 3;
+    for (int side = 0; side < 2; ++side) {
+      if (!wall[static_cast<std::size_t>(a)][static_cast<std::size_t>(side)]) continue;
+      const int plane = *wall[static_cast<std::size_t>(a)][static_cast<std::size_t>(side)], out = side == 0 ? -1 : 1;
+      const auto place = [&](const glm::ivec3& q, int away) {
+        glm::ivec3 p;
+        p[a] = plane + out * away, p[u] = q.x, p[v] = q.y;
+        return p;
+      };
+      Mask open(glm::ivec3(grey.size[u], grey.size[v], 1), 0);
+      for (std::size_t i = 0; i < open.v.size(); ++i)
+        open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
+      const Components holes = components(open);
+      const std::int32_t around = holes.label.v[0];  // the box has a margin of surroundings
+      std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
+      for (std::size_t i = 0; i < open.v.size(); ++i) {
+        const auto id = static_cast<std::size_t>(holes.label.v[i]);
+        from[id] = glm::min(from[id], open.place(i)), to[id] = glm::max(to[id], open.place(i));
+      }
+      Mask lid(open.size, 0);
+      for (std::size_t i = 0; i < open.v.size(); ++i) {
+        const auto id = static_cast<std::size_t>(holes.label.v[i]);
+        if (id == 0 || id == static_cast<std::size_t>(around)) continue;
+        const glm::ivec3 extent = to[id] - from[id] + 1;
+        if (std::max(extent.x, extent.y) * voxel > widest) continue;
+        const glm::ivec3 q = open.place(i);
+        for (int x = -kRim; x <= kRim; ++x) {
+          for (int y = -kRim; y <= kRim; ++y) {
+            if (const glm::ivec3 r = q + glm::ivec3(x, y, 0); lid.holds(r)) lid[r] = 1;
+          }
+        }
+      }
+      for (std::size_t i = 0; i < lid.v.size(); ++i) {
+        if (!lid.v[i]) continue;
+        for (const int away : {1, 2}) {
+          float& g = grey[place(lid.place(i), away)];
+          g = std::max(g, static_cast<float>(fill));
+        }
+      }
+    }
+  }
 }
 
 // The samples of the scan that lie in the region.
@@ -258,7 +310,17 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
   const glm::ivec3 margin = glm::ivec3(glm::ceil(around_body * working / scan.spacing)) + 1;
-  const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
+  Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
+  CutWalls wall{};
+  for (int a = 0; a < 3; ++a) {
+    auto& of_axis = wall[static_cast<std::size_t>(a)];
+    const double step = scan.spacing[a] / working;
+    if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
+    if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
+  }
+  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;  // m, largest extents across the canals
+  close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
+  if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
   scan.grey = Grid<float>();
   Segmentation s = segment(grey, levels, working, options.preset, same_grid ? std::optional(band) : std::nullopt,
@@ -266,7 +328,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
 
   std::optional<JawLabels> labels;
   if (jaw) {
-    labels = label_jaw(grey, s, jaw_greys, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
+    labels =
+        label_jaw(grey, s, jaw_greys, wall, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
     for (JawCanal& canal : labels->report.canals) {
       for (dvec3& c : canal.centre) c = origin + working * c;
     }
