@@ -166,6 +166,13 @@ void measure(Imported& imported, ImportPreset preset) {
   if (preset == ImportPreset::kTooth) report.false_dentin = false_dentin_share(t);
 }
 
+Imported completed(Imported imported, const ImportOptions& options) {
+  measure(imported, options.preset);
+  turn(imported, options.turn);
+  if (options.progress) options.progress(1);
+  return imported;
+}
+
 }  // namespace importing
 
 const std::vector<std::string>& scan_endings() {
@@ -203,6 +210,8 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
   }
   if (options.preset == ImportPreset::kJaw && (!options.parts.empty() || importing::is_mesh_file(file)))
     throw Error("--preset", "", "jaw", "a scan (tooth or bone for a mesh, which has no greys)");
+  if (options.region && (!options.parts.empty() || importing::is_mesh_file(file)))
+    throw Error("--region-mm", "", options.parts.empty() ? file.string() : "--part", "a scan");
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
   }
@@ -216,10 +225,7 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
                       : arch                          ? importing::import_arch(file, options)
                       : importing::is_mesh_file(file) ? importing::import_mesh(file, options)
                                                       : importing::import_scan(file, options);
-  importing::measure(imported, options.preset);
-  turn(imported, options.turn);
-  if (options.progress) options.progress(1);
-  return imported;
+  return importing::completed(std::move(imported), options);
 }
 
 }  // namespace typodont::haptics

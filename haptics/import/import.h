@@ -34,6 +34,11 @@ struct ImportPart {
   std::filesystem::path file;
 };
 
+/// A box in a scan, m, in the file's coordinates (those of ImportReport::lo).
+struct ImportRegion {
+  dvec3 lo{0}, hi{0};
+};
+
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
   std::vector<ImportPart> parts;  // parts instead of one file; where they overlap, the later part is used
@@ -49,8 +54,11 @@ struct ImportOptions {
   glm::dmat3 turn{1};              // rotation by quarter turns (quarter_turns), applied to the result
   // Hardness from the scan's grey values; nullopt: every tissue has its own hardness
   std::optional<HardnessGreys> hardness;
-  double band = 1.5e-3;     // m, largest distance on both sides of the surface for which true distances are computed
-  double mesh_unit = 1e-3;  // m per unit of a mesh file
+  double band = 1.5e-3;  // m, largest distance on both sides of the surface for which true distances are computed
+  // The part of a scan that is imported; default: all of it. The grey values of the tissues are found in the whole
+  // scan.
+  std::optional<ImportRegion> region;
+  double mesh_unit = 1e-3;       // m per unit of a mesh file
   std::optional<double> shell;   // m, for a mesh: thickness of the dense outer tissue
   std::optional<double> crown;   // m, for an arch without colours: height of a crown below its cusps
   bool greys = true;             // true: the scan's grey values are kept, which write_preview() needs
@@ -75,6 +83,14 @@ struct JawReport {
   std::vector<JawCanal> canals;
 };
 
+/// Grey values that decide between the two hard tissues of bone and of teeth, for corrections (corrections.h).
+struct KindGreys {
+  double cortical = 0;  // lower limit of cortical bone
+  double enamel = 0;    // lower limit of enamel
+  // Hardness of bone: 0 at `soft`, 1 at the tissue's own grey value
+  double soft = 0, own_cancellous = 1, own_cortical = 1;
+};
+
 struct ImportReport {
   std::string format;                  // "NRRD", "STL" …
   dvec3 spacing{0};                    // m, spacing of the scan (zero for a mesh)
@@ -91,6 +107,7 @@ struct ImportReport {
   // Grey values, for scans only.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
+  KindGreys kinds;
   double noise_grey = 0;  // standard deviation of the surroundings' grey values
   double blur = 0;        // m, standard deviation of the edge response
   double memory = 0;      // bytes, largest memory need, estimated before the work

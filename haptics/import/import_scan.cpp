@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -14,6 +16,14 @@
 #include "haptics/import/segment.h"
 
 namespace typodont::haptics::importing {
+
+namespace {
+constexpr double kScanSmoothing = 0.8;  // voxels, standard deviation of the Gaussian before the grey values are sorted
+}
+
+// `known`: the grey values of the whole scan if `scan` is a region of it; null: they are found.
+static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
+                                 const ImportOptions& options);
 
 // Averages blocks of k voxels, for a result that is much coarser than the scan.
 static void reduce(Scan& scan, const glm::ivec3& k) {
@@ -70,16 +80,138 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
+// Closes canals that the walls of the box cut open. Without this, a nerve canal or a root canal that leaves the box
+// would be connected to the surroundings and would not count as a cavity of the body or of the tooth. In the sample
+// plane of each wall, holes of the samples brighter than `bound` are found whose extent is at most `widest` (m); two
+// planes outside the wall get the grey value `fill` there.
+static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
+                        double voxel) {
+  constexpr int kRim = 2;  // samples, overlap of a lid with the tissue around its hole
+  for (int a = 0; a < 3; ++a) {
+    const int u = (a + 1) % 3, v = (a + 2) % 3;
+    for (int side = 0; side < 2; ++side) {
+      if (!wall[static_cast<std::size_t>(a)][static_cast<std::size_t>(side)]) continue;
+      const int plane = *wall[static_cast<std::size_t>(a)][static_cast<std::size_t>(side)], out = side == 0 ? -1 : 1;
+      const auto place = [&](const glm::ivec3& q, int away) {
+        glm::ivec3 p;
+        p[a] = plane + out * away, p[u] = q.x, p[v] = q.y;
+        return p;
+      };
+      Mask open(glm::ivec3(grey.size[u], grey.size[v], 1), 0);
+      for (std::size_t i = 0; i < open.v.size(); ++i)
+        open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
+      const Components holes = components(open);
+      const std::int32_t around = holes.label.v[0];  // the box has a margin of surroundings
+      std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
+      for (std::size_t i = 0; i < open.v.size(); ++i) {
+        const auto id = static_cast<std::size_t>(holes.label.v[i]);
+        from[id] = glm::min(from[id], open.place(i)), to[id] = glm::max(to[id], open.place(i));
+      }
+      Mask lid(open.size, 0);
+      for (std::size_t i = 0; i < open.v.size(); ++i) {
+        const auto id = static_cast<std::size_t>(holes.label.v[i]);
+        if (id == 0 || id == static_cast<std::size_t>(around)) continue;
+        const glm::ivec3 extent = to[id] - from[id] + 1;
+        if (std::max(extent.x, extent.y) * voxel > widest) continue;
+        const glm::ivec3 q = open.place(i);
+        for (int x = -kRim; x <= kRim; ++x) {
+          for (int y = -kRim; y <= kRim; ++y) {
+            if (const glm::ivec3 r = q + glm::ivec3(x, y, 0); lid.holds(r)) lid[r] = 1;
+          }
+        }
+      }
+      for (std::size_t i = 0; i < lid.v.size(); ++i) {
+        if (!lid.v[i]) continue;
+        for (const int away : {1, 2}) {
+          float& g = grey[place(lid.place(i), away)];
+          g = std::max(g, static_cast<float>(fill));
+        }
+      }
+    }
+  }
+}
+
+// The samples of the scan that lie in the region.
+static Scan cropped(const Scan& scan, const ImportRegion& region) {
+  const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
+  const glm::ivec3 hi =
+      glm::min(glm::ivec3(glm::floor((region.hi - scan.origin) / scan.spacing + 1e-6)), scan.grey.size - 1);
+  constexpr int kLeast = 8;  // samples
+  if (glm::any(glm::lessThan(hi - lo + 1, glm::ivec3(kLeast)))) {
+    const dvec3 from = scan.origin / kMillimetre,
+                to = (scan.origin + dvec3(scan.grey.size - 1) * scan.spacing) / kMillimetre;
+    throw Error("--region-mm", "",
+                fmt::format("{} x {} x {} voxels of the scan", std::max(hi.x - lo.x + 1, 0),
+                            std::max(hi.y - lo.y + 1, 0), std::max(hi.z - lo.z + 1, 0)),
+                fmt::format("{} or more along each axis; the scan extends from ({:.1f}, {:.1f}, {:.1f}) to "
+                            "({:.1f}, {:.1f}, {:.1f}) mm",
+                            kLeast, from.x, from.y, from.z, to.x, to.y, to.z));
+  }
+  Scan piece;
+  piece.format = scan.format;
+  piece.spacing = scan.spacing;
+  piece.origin = scan.origin + dvec3(lo) * scan.spacing;
+  piece.space = scan.space;
+  piece.world_rotation = scan.world_rotation;
+  piece.notes = scan.notes;
+  piece.grey = Grid<float>(hi - lo + 1);
+  for_each_slab(piece.grey.size.x, [&](int x) {
+    for (int y = 0; y < piece.grey.size.y; ++y) {
+      const float* row = &scan.grey(lo.x + x, lo.y + y, lo.z);
+      std::copy(row, row + piece.grey.size.z, &piece.grey(x, y, 0));
+    }
+  });
+  return piece;
+}
+
+// `smooth`: the scan's grey values after slight smoothing.
+static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
+                          const ImportOptions& options) {
+  ScanGreys greys;
+  Levels& levels = greys.levels;
+  levels = find_levels(file, scan.grey, smooth, options, greys.notes);
+  if (options.preset != ImportPreset::kJaw) return greys;
+  if (!levels.hounsfield)
+    throw Error(file.string(), "greys", "a scale that is not known",
+                "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
+  greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
+  levels.noise = noise_of(scan.grey);
+  // The surface is halfway between the surroundings and the adjacent tissue, from cancellous bone to metal.
+  levels.soft = greys.jaw.cancellous;
+  levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
+  if (!greys.jaw.has_enamel) greys.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
+  return greys;
+}
+
+ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options) {
+  return greys_of(file, scan, gaussian(scan.grey, kScanSmoothing), options);
+}
+
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  const auto progress = [&](double done) {
-    if (options.progress) options.progress(done);
-  };
   // A human tooth is 10 to 35 mm long; with voxels above 0.7 mm its tissues cannot be distinguished.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
   Scan scan = read_scan({file, options.series}, options.spacing, options.nan_grey, limits);
+  if (!options.region) return import_read_scan(file, std::move(scan), nullptr, options);
+  const ScanGreys greys = find_greys(file, scan, options);
+  scan = cropped(scan, *options.region);
+  return import_read_scan(file, std::move(scan), &greys, options);
+}
+
+Imported import_region(const std::filesystem::path& file, const Scan& scan, const ScanGreys& greys,
+                       const ImportOptions& options) {
+  const ImportRegion all{scan.origin, scan.origin + dvec3(scan.grey.size - 1) * scan.spacing};
+  return import_read_scan(file, cropped(scan, options.region.value_or(all)), &greys, options);
+}
+
+static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
+                                 const ImportOptions& options) {
+  const bool tooth = options.preset == ImportPreset::kTooth, jaw = options.preset == ImportPreset::kJaw;
+  const auto progress = [&](double done) {
+    if (options.progress) options.progress(done);
+  };
   Imported result;
   ImportReport& report = result.report;
   report.format = scan.format;
@@ -98,21 +230,18 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
 
   // Computes the approximate tissue, precise enough to find the grey levels and to cut out the body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
-  Grid<float> smooth = gaussian(scan.grey, 0.8);
-  Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
-  const bool jaw = options.preset == ImportPreset::kJaw;
-  JawGreys jaw_greys;
-  if (jaw) {
-    if (!levels.hounsfield)
-      throw Error(file.string(), "greys", "a scale that is not known",
-                  "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
-    jaw_greys = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
-    levels.noise = noise_of(scan.grey);
-    // The surface is halfway between the surroundings and the adjacent tissue, from cancellous bone to metal.
-    levels.soft = jaw_greys.cancellous;
-    levels.dense = jaw_greys.metal.value_or(jaw_greys.enamel);
-    if (!jaw_greys.has_enamel) report.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
-  }
+  Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
+  const ScanGreys greys = known ? *known : greys_of(file, scan, smooth, options);
+  const Levels& levels = greys.levels;
+  const JawGreys& jaw_greys = greys.jaw;
+  report.notes.insert(report.notes.end(), greys.notes.begin(), greys.notes.end());
+  if (jaw)
+    report.kinds = {jaw_greys.bright(), jaw_greys.crown(), jaw_greys.soft, jaw_greys.cancellous, jaw_greys.hard};
+  else if (levels.dense)
+    report.kinds = {levels.denser(), levels.denser(), levels.outside, levels.soft, *levels.dense};
+  else  // all bone is cortical, and no tissue is enamel
+    report.kinds = {levels.surface(), std::numeric_limits<double>::infinity(), levels.outside, levels.soft,
+                    levels.soft};
   Mask solid(smooth.size, 0);
   const auto surface = static_cast<float>(levels.surface());
   for_each_slab(solid.size.x, [&](int x) {
@@ -130,14 +259,15 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
                              scan.spacing.y * scan.spacing.z;  // m³
   solid = Mask();
+  const char* of = options.region ? "region" : "scan";
   for (int a = 0; a < 3; ++a) {
     const char axis = "xyz"[a];
     if (lo[a] == 0)
       report.notes.push_back(
-          fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
+          fmt::format("the tissue touches the {}'s {}- wall and is closed there by a flat cut", of, axis));
     if (hi[a] == scan_size[a] - 1)
       report.notes.push_back(
-          fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
+          fmt::format("the tissue touches the {}'s {}+ wall and is closed there by a flat cut", of, axis));
   }
   const glm::dvec3 extent = glm::dvec3(hi - lo + 1) * scan.spacing;
   const double longest = std::max({extent.x, extent.y, extent.z});
@@ -180,7 +310,17 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
   const glm::ivec3 margin = glm::ivec3(glm::ceil(around_body * working / scan.spacing)) + 1;
-  const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
+  Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
+  CutWalls wall{};
+  for (int a = 0; a < 3; ++a) {
+    auto& of_axis = wall[static_cast<std::size_t>(a)];
+    const double step = scan.spacing[a] / working;
+    if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
+    if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
+  }
+  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;  // m, largest extents across the canals
+  close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
+  if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
   scan.grey = Grid<float>();
   Segmentation s = segment(grey, levels, working, options.preset, same_grid ? std::optional(band) : std::nullopt,
@@ -188,7 +328,8 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
 
   std::optional<JawLabels> labels;
   if (jaw) {
-    labels = label_jaw(grey, s, jaw_greys, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
+    labels =
+        label_jaw(grey, s, jaw_greys, wall, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
     for (JawCanal& canal : labels->report.canals) {
       for (dvec3& c : canal.centre) c = origin + working * c;
     }

@@ -3,10 +3,25 @@
 
 #include "haptics/import/distance.h"
 #include "haptics/import/import.h"
+#include "haptics/import/jaw.h"
+#include "haptics/import/levels.h"
+#include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
 
+/// The grey values of a scan's tissues, and notes about them.
+struct ScanGreys {
+  Levels levels;
+  JawGreys jaw;  // only for a jaw
+  std::vector<std::string> notes;
+};
+ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options);
+
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
+/// Imports options.region of a scan in memory, or all of it. `greys`: those of the whole scan, because a small region
+/// may lack a tissue or the surroundings. `file`: for messages.
+Imported import_region(const std::filesystem::path& file, const Scan& scan, const ScanGreys& greys,
+                       const ImportOptions& options);
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options);
 /// Imports an intraoral scan.
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options);
@@ -26,5 +41,7 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
 
 /// Computes volumes, height and the fraction of false dentin from `imported.tissue`.
 void measure(Imported& imported, ImportPreset preset);
+/// Measures the tissue and turns it, as the last steps of every import.
+Imported completed(Imported imported, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

@@ -330,8 +330,8 @@ double noise_of(const Grid<float>& scan) {
   return 1.4826 / std::sqrt(2.0) * static_cast<double>(*middle);
 }
 
-JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
-                    const std::function<void(double)>& progress) {
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
+                    double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   // Reduces noise, and restores the width that thin layers (pulp, ligament, wall of a canal) had before the blur.
   constexpr double kSmooth = 0.8;  // voxels
@@ -361,12 +361,21 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Finds samples that certainly belong to bone: the outer plate away from crowns.
+  // Finds samples that certainly belong to bone: the outer plate away from crowns. At a wall that cuts the jaw, the
+  // outermost samples may belong to a cut root.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate; distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
+  const auto at_cut = [&](const glm::ivec3& p) {
+    for (int a = 0; a < 3; ++a) {
+      const auto& [lower, upper] = walls[static_cast<std::size_t>(a)];
+      if (lower && (p[a] - *lower) * voxel < 1.5 * kPlate) return true;
+      if (upper && (*upper - p[a]) * voxel < 1.5 * kPlate) return true;
+    }
+    return false;
+  };
   const SparseMask plate = mask([&](std::size_t i, const glm::ivec3& p) {
-    return bright.v[i] && s.surface.distance[p] * voxel > -kPlate &&
+    return bright.v[i] && !at_cut(p) && s.surface.distance[p] * voxel > -kPlate &&
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);

@@ -1,6 +1,7 @@
 // Labels of a jaw in a cone beam CT: bone, teeth, nerve canal, metal.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 
@@ -30,14 +31,18 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
 /// scan is uniform.
 double noise_of(const Grid<float>& scan);
 
+/// The walls of the scan or region that cut the tissue: the sample planes of the lower and upper wall of each axis;
+/// nullopt: no tissue at this wall.
+using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
+
 struct JawLabels {
   Sparse<Tissue> tissue;  // labels in the body and up to two samples around it
   JawReport report;       // centres of canals in samples of the grid
 };
 
-/// `scan`: the segmented grey values. `noise`: standard deviation of their noise. `voxel`: m. `progress`: receives
-/// 0..1, may throw.
-JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
-                    const std::function<void(double)>& progress);
+/// `scan`: the segmented grey values. `walls`: cuts; the surface there is not the jaw's own. `noise`: standard
+/// deviation of their noise. `voxel`: m. `progress`: receives 0..1, may throw.
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
+                    double noise, double voxel, const std::function<void(double)>& progress);
 
 }  // namespace typodont::haptics::importing

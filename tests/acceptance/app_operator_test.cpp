@@ -516,7 +516,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
-TEST_F(OperatorWindow, ADroppedDicomFolderIsImportedAndDrilledWithoutThePatientsName) {
+TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThePatientsName) {
   Phantom tooth;
   tooth.size = {30, 26, 28};
   tooth.spacing = glm::dvec3(0.25);
@@ -536,7 +536,38 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsImportedAndDrilledWithoutThePatients
   EXPECT_TRUE(drop_on(window, {scan.string(), (folder / "hand.csv")}));
   program.wait_for("Drop one file or one folder.");
   EXPECT_TRUE(drop_on(window, {scan.string()}));
-  EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Sessions and files$'").empty(); }));
+  EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Scan$'").empty(); }));
+  program.wait_for("labels computed: coarse");
+  // The brush needs the exact labels; its stroke is seen in the sections, and undone.
+  const auto times = [&](const std::string& words) {
+    const std::string said = program.said();
+    int count = 0;
+    for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) ++count;
+    return count;
+  };
+  press("4");
+  program.wait_for("labels computed: full");
+  press("2");
+  const glm::ivec2 lo{270, 330}, hi{335, 395};  // around the middle of the large section
+  Desktop::xdotool("mousemove 700 760");
+  std::this_thread::sleep_for(500ms);
+  const render::Picture before = desktop.screen(kScreen);
+  Desktop::xdotool("mousemove 300 360 click 1 mousemove 700 760");
+  EXPECT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), lo, hi) > 50; })) << "no stroke";
+  press("ctrl+z");
+  EXPECT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), lo, hi) == 0; })) << "not undone";
+  // The right wall of the region is dragged: a coarse preview follows, and the exact labels on release.
+  press("1");
+  Desktop::xdotool("mousemove 573 360 mousedown 1");
+  std::this_thread::sleep_for(200ms);
+  for (const int x : {560, 550, 540, 530, 520}) {
+    Desktop::xdotool(fmt::format("mousemove {} 360", x));
+    std::this_thread::sleep_for(100ms);
+  }
+  EXPECT_TRUE(eventually([&] { return times("labels computed: coarse") >= 2; })) << program.said();
+  EXPECT_EQ(times("labels computed: full"), 1);
+  Desktop::xdotool("mouseup 1");
+  EXPECT_TRUE(eventually([&] { return times("labels computed: full") == 2; })) << program.said();
   press("ctrl+b");
   const std::string scene = program.wait_for("imported: ");
   press("F10");

@@ -68,6 +68,35 @@ double distance_at(const Imported& i, const dvec3& mm) {
   return sum / t.frame.voxel;
 }
 
+TEST(ImportJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
+  const Imported& whole_jaw = usual();
+  // usual() has written the scan. The walls cut both roots with their canals, and one wall the nerve canal along the
+  // jaw.
+  for (const auto& [from, to] :
+       {std::pair{dvec3(0, 0, 17), dvec3(29.7, 23.7, 33.3)}, {dvec3(0), dvec3(20.8, 23.7, 33.3)}}) {
+    haptics::ImportOptions options;
+    options.preset = haptics::ImportPreset::kJaw;
+    options.region = {from * kMillimetre, to * kMillimetre};
+    const Imported part = import_tissue(test::scratch("jaw.nrrd"), options);
+    // The region's wall at x = 20.8 mm halves the second tooth, which is not asked for there.
+    const double last = to.x < 25 ? 14.5 : 29;
+    PerTissue same{}, all{};
+    for (double x = 0.3; x < last; x += 0.3) {
+      for (double y = 0.3; y < 23; y += 0.3) {
+        for (double z = from.z + 0.9; z < 33; z += 0.3) {
+          const Tissue whole = label_at(whole_jaw, {x, y, z});
+          all[static_cast<std::size_t>(whole)] += 1;
+          same[static_cast<std::size_t>(whole)] += label_at(part, {x, y, z}) == whole;
+        }
+      }
+    }
+    for (const Tissue t :
+         {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone})
+      EXPECT_GT(same[static_cast<std::size_t>(t)], (t == Tissue::kPulp ? 0.9 : 0.95) * all[static_cast<std::size_t>(t)])
+          << name_of(t) << " from z = " << from.z;
+  }
+}
+
 struct Spread {
   double median, most_of;  // 95 %
 };

@@ -25,7 +25,7 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels;
+  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels, region;
   std::vector<std::string> parts;
   std::optional<int> series;
   std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
@@ -73,6 +73,13 @@ haptics::ImportOptions options_of(const Arguments& a) {
     if (t.size() == 2 && t[1] <= t[0]) throw Error("--thresholds", "", '"' + a.thresholds + '"', expected);
     o.surface_grey = t[0];
     if (t.size() == 2) o.dense_grey = t[1];
+  }
+  if (!a.region.empty()) {
+    const char* expected = "X0,Y0,Z0,X1,Y1,Z1: two corners in mm, the first the lower one";
+    const auto mm = numbers(a.region, "--region-mm", 6, 6, expected);
+    o.region = {dvec3(mm[0], mm[1], mm[2]) * kMillimetre, dvec3(mm[3], mm[4], mm[5]) * kMillimetre};
+    if (!glm::all(glm::lessThan(o.region->lo, o.region->hi)))
+      throw Error("--region-mm", "", '"' + a.region + '"', expected);
   }
   o.hounsfield = a.hounsfield;
   o.series = a.series;
@@ -282,6 +289,9 @@ void add_import_command(cli::Command& app) {
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
   command->add_option("--spacing-mm", a->spacing,
                       "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
+  command->add_option("--region-mm", a->region,
+                      "X0,Y0,Z0,X1,Y1,Z1: two corners of the part of a scan that is imported, in the scan's own "
+                      "coordinates (bounds_mm of the report); default: all of it");
   command->add_option("--thresholds", a->thresholds,
                       "SURFACE[,DENSE]: greys between surround and softer tissue, and between softer and denser; "
                       "default: from the histogram");
@@ -323,7 +333,7 @@ void add_import_command(cli::Command& app) {
     command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
                             "another --preset than jaw, whose greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
-    command->refuse_without({"--spacing-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
+    command->refuse_without({"--spacing-mm", "--region-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
                             !mesh && a->parts.empty(), "a scan");
     run(*a);
   });

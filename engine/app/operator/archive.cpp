@@ -190,9 +190,12 @@ fs::path import_tooth(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double fraction) { progress.at(fraction); };
+  return write_exercise_of(tooth, haptics::import_tissue(tooth.input, options), progress);
+}
+
+fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress) {
   if (const std::string turn = upright_rotation(tooth.crown); !turn.empty())
-    options.turn = haptics::quarter_turns(turn);
-  haptics::Imported imported = haptics::import_tissue(tooth.input, options);
+    haptics::turn(imported, haptics::quarter_turns(turn));
   haptics::DenseTissue& tissue = imported.tissue;
   move_to_working_place(tissue);
   progress.stage("op.importing", 0.9, 1);

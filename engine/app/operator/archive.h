@@ -48,6 +48,9 @@ struct NewTooth {
 /// the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
+/// The same for tissue that is already imported, but not turned upright.
+std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress);
+
 /// Writes the final tissue of a session, or a saved tissue, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
 void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
 

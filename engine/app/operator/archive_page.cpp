@@ -137,6 +137,8 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   f.series = std::max(f.series, 0);
   ImGui::EndDisabled();
   ImGui::SameLine();
+  ask_button(s, Ask::kLookAtScan, shortcut(Ask::kLookAtScan), s.text("op.look_at_scan"), {-1, 0},
+             !s.busy && f.file[0] != 0 && !as_scanned);
   ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
              !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
   end_panel();

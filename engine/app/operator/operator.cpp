@@ -18,6 +18,7 @@
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/plan_desk.h"
 #include "engine/app/operator/result_picture.h"
+#include "engine/app/operator/scan_desk.h"
 #include "engine/app/operator/scene_works.h"
 #include "engine/app/operator/session_desk.h"
 #include "engine/app/operator/session_scores.h"
@@ -92,7 +93,7 @@ class Operator {
       s_.ask(Ask::kDropped);
     }
     const bool drew = desk_.running() && step_session();
-    const bool finished = work_.look() || look_around() || look_at_started();
+    const bool finished = work_.look() || scan_desk_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
       draw();
       carry_out();
@@ -133,6 +134,7 @@ class Operator {
     choices_.pictures().destroy();
     result_picture_.destroy();
     plan_desk_.destroy();
+    scan_desk_.destroy();
     window_.recreate_device();
     choices_.rescan();
     desk_.make_picture();
@@ -157,6 +159,9 @@ class Operator {
       case Page::kArchive:
         title += fmt::format(": {}", s_.text("op.archive"));
         break;
+      case Page::kScan:
+        title += fmt::format(": {}", s_.text("op.scan"));
+        break;
       case Page::kPlan:
         title += fmt::format(": {}", s_.text("op.plan"));
         break;
@@ -171,6 +176,7 @@ class Operator {
     window_.set_title(title());
     result_picture_.follow();
     plan_desk_.follow();
+    scan_desk_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
       case Page::kStart:
@@ -190,6 +196,9 @@ class Operator {
         break;
       case Page::kArchive:
         draw_archive_page(s_, window_);
+        break;
+      case Page::kScan:
+        draw_scan_page(s_, window_);
         break;
       case Page::kPlan:
         draw_plan_page(s_, window_);
@@ -225,9 +234,9 @@ class Operator {
 
   /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
-    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart, Ask::kTutorial,
-                                  Ask::kArchive, Ask::kDropped,    Ask::kDoctor,  Ask::kGoOnFrom,
-                                  Ask::kPlan,    Ask::kExperiment, Ask::kQuit};
+    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
+                                  Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
+                                  Ask::kPlan,    Ask::kExperiment, Ask::kLookAtScan, Ask::kQuit};
     return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
   }
   bool unsaved() {
@@ -279,6 +288,7 @@ class Operator {
       case Ask::kToStart:
         work_.drop();
         plan_desk_.close();
+        scan_desk_.close();
         desk_.forget_authored();
         s_.page = Page::kStart;
         s_.say("");
@@ -324,8 +334,12 @@ class Operator {
         s_.say("");
         break;
       case Ask::kDropped:
+        scan_desk_.close();
         open_archive();
-        take_dropped(s_);
+        if (take_dropped(s_)) scan_desk_.open();
+        break;
+      case Ask::kLookAtScan:
+        scan_desk_.open();
         break;
       case Ask::kPlan:
         plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0);
@@ -354,7 +368,10 @@ class Operator {
         make_surface(s_, work_, chosen_session());
         break;
       case Ask::kImport:
-        import_tooth(s_, work_, choices_);
+        if (s_.page == Page::kScan)
+          scan_desk_.import(choices_);
+        else
+          import_tooth(s_, work_, choices_);
         break;
       case Ask::kCancel:
         work_.cancel();
@@ -465,7 +482,8 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  BackgroundTask work_{s_};  // declared last: the work may use the other members
+  BackgroundTask work_{s_};  // declared after the members that the work may use
+  ScanDesk scan_desk_{s_, window_, work_};
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;
 };

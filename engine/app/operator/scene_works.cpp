@@ -22,21 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-NewTooth tooth_of(const ImportForm& form) {
-  NewTooth tooth;
-  tooth.input = form.file.data();
-  tooth.name = form.name.data();
-  tooth.crown = static_cast<Crown>(form.crown);
-  tooth.as_scanned = form.preset == kScannedSurface;
-  if (!tooth.as_scanned) tooth.options.preset = static_cast<haptics::ImportPreset>(form.preset);
-  if (form.series > 0) tooth.options.series = form.series;
-  if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
-  if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
-  if (form.spacing_mm > 0) tooth.options.spacing = dvec3(static_cast<double>(form.spacing_mm) * kMillimetre);
-  tooth.options.mesh_unit = static_cast<double>(form.unit_mm) * kMillimetre;
-  return tooth;
-}
-
 NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   const ExerciseForm& form = s.exercise;
   NewExercise made{.name = form.name.data(),
@@ -94,18 +79,60 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 
 }  // namespace
 
-void take_dropped(OperatorState& s) {
+NewTooth tooth_of(const ImportForm& form) {
+  NewTooth tooth;
+  tooth.input = form.file.data();
+  tooth.name = form.name.data();
+  tooth.crown = static_cast<Crown>(form.crown);
+  tooth.as_scanned = form.preset == kScannedSurface;
+  if (!tooth.as_scanned) tooth.options.preset = static_cast<haptics::ImportPreset>(form.preset);
+  if (form.series > 0) tooth.options.series = form.series;
+  if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
+  if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
+  if (form.spacing_mm > 0) tooth.options.spacing = dvec3(static_cast<double>(form.spacing_mm) * kMillimetre);
+  tooth.options.mesh_unit = static_cast<double>(form.unit_mm) * kMillimetre;
+  return tooth;
+}
+
+void propose_name(OperatorState& s) {
   ImportForm& form = s.import;
-  const fs::path file = s.dropped;
-  if (s.dropped.empty() || s.dropped.size() >= form.file.size()) return s.fail(s.text("op.drop_one"));
-  form = {};
-  s.dropped.copy(form.file.data(), form.file.size() - 1);
+  const fs::path file = form.file.data();
   // The names of DICOM files and folders often contain names of patients.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
   name.resize(std::min(name.size(), form.name.size() - 1));
+  form.name = {};
   name.copy(form.name.data(), name.size());
+}
+
+bool take_dropped(OperatorState& s) {
+  ImportForm& form = s.import;
+  const fs::path file = s.dropped;
+  if (s.dropped.empty() || s.dropped.size() >= form.file.size()) {
+    s.fail(s.text("op.drop_one"));
+    return false;
+  }
+  form = {};
+  s.dropped.copy(form.file.data(), form.file.size() - 1);
+  propose_name(s);
   s.say(s.text("op.dropped"));
+  return !is_mesh(file);
+}
+
+void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review) {
+  NewTooth tooth = tooth_of(s.import);
+  const haptics::ImportOptions options = review.options();
+  const auto known = review.can_correct() ? std::make_shared<haptics::Imported>(*review.labels()) : nullptr;
+  begin(s, work, choices, "op.imported", "imported",
+        [tooth, options, known, scan = review.scan(), corrections = review.corrections()](Progress& progress) {
+          progress.stage("op.importing", 0, 0.9);
+          if (known) return write_exercise_of(tooth, std::move(*known), progress);
+          haptics::ImportOptions watched = options;
+          watched.progress = [&](double fraction) { progress.at(fraction); };
+          haptics::Imported imported = scan->import(watched);
+          for (const haptics::Correction& correction : corrections) (void)haptics::correct(imported, correction);
+          return write_exercise_of(tooth, std::move(imported), progress);
+        });
 }
 
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {

@@ -12,11 +12,18 @@
 
 namespace typodont {
 
-/// Enters the file or folder that was dropped on the window into the import form, with a proposed name.
-void take_dropped(OperatorState& s);
+/// Enters the file or folder that was dropped on the window into the import form, with a proposed name. True if it is a
+/// scan, which can be shown before its import.
+bool take_dropped(OperatorState& s);
+/// Enters a name for the exercise, from the file of the import form.
+void propose_name(OperatorState& s);
+/// The import that the form describes.
+NewTooth tooth_of(const ImportForm& form);
 
 /// Imports with the settings in OperatorState::import, and selects the new scene.
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
+/// Makes an exercise of a scan's region with its corrections, and selects the new scene.
+void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
 /// Saves `authored` with the settings in OperatorState::exercise, and selects the new scene. `authored` must live until
 /// the work has ended.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);

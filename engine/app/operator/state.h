@@ -17,6 +17,7 @@
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/planning/implant_planner.h"
+#include "engine/app/planning/scan_review.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/render/picture.h"
@@ -25,7 +26,7 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kPlan, kExperiment };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kPlan, kExperiment };
 
 enum class Ask {
   kStart,            // start a session with the selection; on the experiment page: start the experiment
@@ -63,7 +64,8 @@ enum class Ask {
   kWatch,            // play the selected session in a separate window
   kExportMesh,       // export the final tissue of the selected session as a mesh
   kGoOnFrom,         // continue the selected session from its end
-  kImport,           // import a scan or mesh with the settings in ImportForm
+  kImport,           // import a scan or mesh with the settings in ImportForm; on the scan page: its region
+  kLookAtScan,       // show the scan of ImportForm before its import
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
   kPlan,      // plan an implant in the jaw of the selected exercise; number: on the plan page, the bone's class, from 1
   kSavePlan,  // save the planned implant as an exercise
@@ -135,6 +137,24 @@ struct ImportForm {
   float voxel_mm = 0, shell_mm = 0;
   float unit_mm = 1;     // mm, unit of a mesh file
   float spacing_mm = 0;  // mm, sample spacing of a scan; 0: the file's spacing
+};
+/// What the left mouse button does in a section of a scan.
+enum class ScanTool { kLook, kBrush, kSeed };
+/// The page of a scan before its import. The page changes the review; ScanDesk computes its labels and draws its
+/// sections between two frames.
+struct ScanForm {
+  ScanReview* review = nullptr;  // belongs to ScanDesk; null until the scan is read
+  std::size_t large = 0;         // index of the section that is shown larger than the others
+  ScanTool tool = ScanTool::kLook;
+  int kind = 0;  // haptics::LabelKind
+  float radius_mm = 1;
+  bool only_tissue = true;
+  float reach_mm = 5, tolerance = 0.3f;  // of a seed, see haptics::LabelSeed
+  glm::ivec3 walls{0};                   // walls of the region that the mouse holds, see ScanReview::walls_at()
+  dvec3 mouse_F{0};                      // m, position of the brush in the last frame
+  ScanPlanes planes;
+  std::array<const gpu::Image*, kScanSections> pictures{};  // null until they are drawn
+  std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
 /// The form for planning an implant. The page changes the plan; PlanDesk evaluates and draws the plan between two
@@ -277,6 +297,8 @@ struct OperatorState {
   ImportForm import;
   std::string dropped;
 
+  // Members of the page of a scan before its import. File, name and crown are those of ImportForm.
+  ScanForm scan;
   // Members of the page for planning an implant.
   PlanForm plan;
   // Members of the page of experiments. Exercise, hand, picture and person are those of the start page.
@@ -325,6 +347,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w);
 void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
+void draw_scan_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);

@@ -66,6 +66,45 @@ constexpr Entry kOperator[] = {
     {"op.dropped",
      {"Choose its type, then import it.", "Wählen Sie die Art, dann lesen Sie es ein.", "请选择其类型，然后导入。"}},
     {"op.scan", {"Scan", "Scan", "扫描"}},
+    {"op.look_at_scan", {"Look at it first", "Zuerst ansehen", "先查看"}},
+    {"op.scan_axial", {"Axial section", "Axialer Schnitt", "轴位"}},
+    {"op.scan_coronal", {"Coronal section", "Koronaler Schnitt", "冠状位"}},
+    {"op.scan_sagittal", {"Sagittal section", "Sagittaler Schnitt", "矢状位"}},
+    {"op.scan_help",
+     {"Drag the edges of the box to the part that you need.",
+      "Ziehen Sie die Kanten des Rahmens auf den gewünschten Teil.", "拖动方框的边，选择所需部分。"}},
+    {"op.scan_mouse",
+     {"Left button: moves the crosshair, drags an edge of the box, or uses the tool. Right button: always moves the "
+      "crosshair. Wheel: other slices; with Ctrl: width of the sections. A double click enlarges a section. While an "
+      "edge is dragged, the colours are a "
+      "coarse preview; then the tissues are found exactly. Only the content of the box is imported.",
+      "Linke Taste: bewegt das Fadenkreuz, zieht eine Kante des Rahmens oder benutzt das Werkzeug. Rechte Taste: "
+      "bewegt "
+      "immer das Fadenkreuz. Rad: andere Schichten; mit Strg: Breite der Schnitte. Ein Doppelklick vergrößert einen "
+      "Schnitt. Während eine Kante gezogen wird, "
+      "sind die Farben eine grobe Vorschau; danach werden die Gewebe genau bestimmt. Nur der Inhalt des Rahmens wird "
+      "eingelesen.",
+      "左键：移动十字线、拖动方框的边或使用工具。右键：始终移动十字线。滚轮：换层；按住 Ctrl：截面宽度。双击放大截面。"
+      "拖动时颜色为粗略预览，松开后精确计算组织。仅导入方框内的部分。"}},
+    {"op.scan_region", {"Region, mm", "Ausschnitt, mm", "区域 (mm)"}},
+    {"op.scan_label", {"Find the tissues exactly", "Gewebe genau bestimmen", "精确计算组织"}},
+    {"op.scan_labelling", {"Finding the tissues", "Gewebe werden bestimmt", "正在计算组织"}},
+    {"op.scan_none", {"Tissues: not yet known", "Gewebe: noch nicht bekannt", "组织：尚未计算"}},
+    {"op.scan_coarse", {"Tissues: coarse preview", "Gewebe: grobe Vorschau", "组织：粗略预览"}},
+    {"op.scan_full", {"Tissues: exact", "Gewebe: genau", "组织：精确"}},
+    {"op.scan_look", {"Look", "Ansehen", "查看"}},
+    {"op.scan_brush", {"Brush", "Pinsel", "画笔"}},
+    {"op.scan_seed", {"Seed", "Saatpunkt", "种子"}},
+    {"op.scan_only_tissue", {"only existing tissue", "nur vorhandenes Gewebe", "仅限已有组织"}},
+    {"op.scan_reach", {"Reach", "Reichweite", "范围"}},
+    {"op.scan_tolerance", {"Tolerance", "Toleranz", "容差"}},
+    {"op.scan_needs_full",
+     {"Corrections need the exact tissues.", "Korrekturen brauchen die genauen Gewebe.", "修改前需要精确的组织。"}},
+    {"op.kind_bone", {"Bone", "Knochen", "骨"}},
+    {"op.kind_tooth", {"Tooth", "Zahn", "牙齿"}},
+    {"op.kind_metal", {"Metal", "Metall", "金属"}},
+    {"op.kind_canal", {"Canal, pulp", "Kanal, Pulpa", "神经管、牙髓"}},
+    {"op.kind_nothing", {"Nothing (remove)", "Nichts (entfernen)", "无（去除）"}},
     {"op.series", {"series", "Serie", "序列"}},
     {"op.series_only", {"series: the only one", "Serie: die einzige", "序列：唯一"}},
     {"op.try_surface",
@@ -271,6 +310,7 @@ constexpr Entry kOperator[] = {
     {"op.key_watch", {"watch a session again", "Sitzung noch einmal ansehen", "回放训练"}},
     {"op.key_save", {"save preparation, or surface", "Präparation oder Oberfläche sichern", "保存预备体或表面"}},
     {"op.key_expert", {"compare others with it", "andere damit vergleichen", "作为专家对照"}},
+    {"op.key_scan", {"look at a scan", "Scan ansehen", "查看扫描"}},
     {"op.key_import", {"import a tooth", "Zahn einlesen", "导入牙齿"}},
     {"op.key_keep", {"keep the recording, or not", "Aufzeichnung behalten oder nicht", "是否保留记录"}},
     {"op.key_help", {"this list", "diese Liste", "本列表"}},

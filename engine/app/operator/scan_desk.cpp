@@ -1,0 +1,164 @@
+#include "engine/app/operator/scan_desk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "engine/app/operator/scene_works.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+constexpr int kPixels = 384;  // width and height of a section's picture
+}
+
+void ScanDesk::open() {
+  close();
+  s_.page = Page::kScan;
+  s_.say("");
+  if (s_.import.name[0] == 0) propose_name(s_);
+  struct Loaded {
+    std::unique_ptr<ScanReview> review;
+    std::string failure;
+  };
+  const auto loaded = std::make_shared<Loaded>();
+  const NewTooth tooth = tooth_of(s_.import);
+  work_.begin(
+      [loaded, tooth](Progress& progress) {
+        progress.stage("op.loading", 0, 1);
+        try {
+          loaded->review =
+              std::make_unique<ScanReview>(std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options));
+          progress.at(1);
+        } catch (const Cancelled&) {
+          loaded->review.reset();
+        } catch (const Error& e) {
+          loaded->failure = e.what();
+        }
+      },
+      [this, loaded] {
+        if (!loaded->review) {
+          s_.page = Page::kArchive;
+          return loaded->failure.empty() ? s_.say(s_.text("op.cancelled")) : s_.fail(loaded->failure);
+        }
+        review_ = std::move(loaded->review);
+        s_.scan.review = review_.get();
+        s_.import.preset = static_cast<int>(review_->preset());
+        s_.say(s_.text("op.scan_help"));
+        const haptics::ScanVolume& scan = *review_->scan();
+        const dvec3 size = (scan.hi() - scan.lo()) / scan.spacing();
+        log::info("scan read: {}, {:.0f} x {:.0f} x {:.0f} voxels", scan.format(), size.x + 1, size.y + 1, size.z + 1);
+      });
+}
+
+void ScanDesk::begin_coarse(const LabelRequest& request) {
+  coarse_ = std::make_shared<Computed>(Computed{request, std::nullopt});
+  job_ = std::make_unique<Job>([computed = coarse_, scan = review_->scan()](Progress& progress) {
+    haptics::ImportOptions options = computed->request.options;
+    options.progress = [&](double done) { progress.at(done); };
+    computed->labels = scan->import(options);
+  });
+}
+
+void ScanDesk::begin_full(const LabelRequest& request) {
+  full_ = request;
+  struct Result {
+    std::optional<haptics::Imported> labels;
+    std::string failure;
+  };
+  const auto result = std::make_shared<Result>();
+  work_.begin(
+      [result, request, scan = review_->scan()](Progress& progress) {
+        progress.stage("op.scan_labelling", 0, 1);
+        haptics::ImportOptions options = request.options;
+        options.progress = [&](double done) { progress.at(done); };
+        try {
+          result->labels = scan->import(options);
+        } catch (const Cancelled&) {  // the review must know that these labels do not come
+        } catch (const Error& e) {
+          result->failure = e.what();
+        }
+      },
+      [this, result, request] {
+        full_.reset();
+        if (!review_) return;
+        if (result->labels) {
+          review_->take(request, std::move(*result->labels));
+          log::info("labels computed: full");
+        } else {
+          review_->give_up(request);
+          if (result->failure.empty())
+            s_.say(s_.text("op.cancelled"));
+          else
+            s_.fail(result->failure);
+        }
+      });
+}
+
+bool ScanDesk::look() {
+  if (!review_ || s_.page != Page::kScan) return false;
+  bool changed = false;
+  if (job_ && job_->done()) {
+    if (coarse_->labels) {
+      review_->take(coarse_->request, std::move(*coarse_->labels));
+      log::info("labels computed: coarse");
+    } else {
+      review_->give_up(coarse_->request);
+      try {
+        std::rethrow_exception(job_->failure());
+      } catch (const Cancelled&) {
+      } catch (const std::exception& e) {
+        s_.fail(e.what());
+      }
+    }
+    job_.reset();
+    coarse_.reset();
+    changed = true;
+  }
+  const std::optional<LabelRequest> wanted = review_->request();
+  if (full_ && wanted && wanted->revision != full_->revision) work_.cancel();
+  if (!wanted || job_) return changed;
+  if (wanted->detail == LabelDetail::kCoarse)
+    begin_coarse(*wanted);
+  else if (!work_.under_way())
+    begin_full(*wanted);
+  return changed;
+}
+
+void ScanDesk::follow() {
+  if (s_.page != Page::kScan || !review_ || (drawn_ == review_->changes() && !images_.empty())) return;
+  destroy();
+  s_.scan.planes = review_->planes();
+  for (const SectionPlane& plane : s_.scan.planes) images_.push_back(window_.upload(review_->picture(plane, kPixels)));
+  for (std::size_t i = 0; i < images_.size(); ++i) s_.scan.pictures[i] = &images_[i];
+  drawn_ = review_->changes();
+  ++s_.scan.drawn;
+}
+
+void ScanDesk::import(Choices& choices) {
+  if (review_) import_reviewed(s_, work_, choices, *review_);
+}
+
+void ScanDesk::destroy() {
+  s_.scan.pictures = {};
+  if (images_.empty()) return;
+  window_.wait_idle();
+  for (gpu::Image& image : images_) image.destroy(window_.device());
+  images_.clear();
+}
+
+void ScanDesk::close() {
+  destroy();
+  job_.reset();
+  coarse_.reset();
+  full_.reset();
+  s_.scan = {};
+  review_.reset();
+}
+
+}  // namespace typodont

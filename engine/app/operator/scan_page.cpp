@@ -1,0 +1,336 @@
+// The page of a scan before its import: three sections with the region's box and the labels, tools that correct the
+// labels, and the import.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/app/operator/state.h"
+#include "engine/app/operator/widgets.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+using namespace widgets;
+
+namespace {
+
+constexpr double kZoom = 1.15;  // change of the width for each step of the wheel
+constexpr float kGrip = 0.5f;   // text heights, distance at which the mouse takes an edge of the region
+constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
+constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
+constexpr std::array kKinds{"op.kind_bone", "op.kind_tooth", "op.kind_metal", "op.kind_canal", "op.kind_nothing"};
+static_assert(kKinds.size() == haptics::kLabelKinds);
+
+ImU32 color_of(const glm::dvec3& rgb) {
+  return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
+}
+
+/// Colour in which a tool shows what it makes.
+glm::dvec3 kind_color(haptics::LabelKind kind) {
+  switch (kind) {
+    case haptics::LabelKind::kBone:
+      return label_color(Tissue::kCorticalBone);
+    case haptics::LabelKind::kTooth:
+      return label_color(Tissue::kDentin);
+    case haptics::LabelKind::kMetal:
+      return label_color(Tissue::kAmalgam);
+    case haptics::LabelKind::kCanal:
+      return label_color(Tissue::kPulp);
+    case haptics::LabelKind::kNothing:
+      break;
+  }
+  return {235, 235, 235};
+}
+
+/// A section on the screen.
+struct View {
+  const SectionPlane& plane;
+  ImVec2 at;
+  float size;
+
+  dvec3 point(ImVec2 screen) const { return plane.at(dvec2((screen.x - at.x) / size, (screen.y - at.y) / size)); }
+  ImVec2 screen(const dvec3& p_F) const {
+    const dvec3 from = p_F - plane.center_W;
+    return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
+            at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
+  }
+  double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }  // m
+  float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
+};
+
+/// Applies the brush from the mouse's former position to the present one.
+void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
+  haptics::LabelStroke stroke;
+  stroke.kind = static_cast<haptics::LabelKind>(form.kind);
+  stroke.path = {from_F, to_F};
+  stroke.radius = static_cast<double>(form.radius_mm) * kMillimetre;
+  stroke.only_tissue = form.only_tissue;
+  form.review->correct(stroke, joins);
+}
+
+/// Handles the mouse over a section. Left: an edge of the region, the crosshair, or the tool. Right: the crosshair.
+/// Wheel: other slices; with Ctrl the width.
+void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
+  ScanForm& form = s.scan;
+  ScanReview& review = *form.review;
+  const ImGuiIO& io = ImGui::GetIO();
+  const dvec3 p_F = view.point(io.MousePos);
+  const glm::ivec3 near = form.tool == ScanTool::kLook ? review.walls_at(i, p_F, view.length(grip)) : glm::ivec3(0);
+  if (ImGui::IsItemHovered()) {
+    if (near != glm::ivec3(0)) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeAll);
+    if (io.MouseWheel != 0) {
+      if (io.KeyCtrl)
+        review.set_width(review.width() * std::pow(kZoom, static_cast<double>(-io.MouseWheel)));
+      else
+        review.scroll(i, static_cast<int>(std::lround(io.MouseWheel)));
+    }
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Right)) review.look_at(p_F);
+  }
+  if (ImGui::IsItemActivated()) {
+    form.walls = near;
+    review.set_dragging(near != glm::ivec3(0));
+    form.mouse_F = p_F;
+    if (form.tool == ScanTool::kBrush && review.can_correct()) paint(form, p_F, p_F, false);
+    if (form.tool == ScanTool::kSeed && review.can_correct()) {
+      haptics::LabelSeed seed;
+      seed.kind = static_cast<haptics::LabelKind>(form.kind);
+      seed.point = p_F;
+      seed.reach = static_cast<double>(form.reach_mm) * kMillimetre;
+      seed.tolerance = static_cast<double>(form.tolerance);
+      review.correct(seed);
+    }
+  }
+  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left) && form.tool == ScanTool::kLook)
+    form.large = i;
+  const bool moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
+  if (ImGui::IsItemActive()) {
+    if (form.walls != glm::ivec3(0)) {
+      if (moved) review.move_walls(form.walls, p_F);
+    } else if (form.tool == ScanTool::kLook) {
+      if (moved || ImGui::IsItemActivated()) review.look_at(p_F);
+    } else if (form.tool == ScanTool::kBrush && moved && review.can_correct()) {
+      paint(form, form.mouse_F, p_F, true);
+      form.mouse_F = p_F;
+    }
+  }
+  if (ImGui::IsItemDeactivated()) {
+    review.set_dragging(false);
+    form.walls = glm::ivec3(0);
+  }
+}
+
+/// Draws the region's box, the crosshair, the brush and the letters of the patient's sides.
+void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered) {
+  const ScanForm& form = s.scan;
+  const ScanReview& review = *form.review;
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  const ImVec2 end{view.at.x + view.size, view.at.y + view.size};
+  draw->PushClipRect(view.at, end, true);
+  draw->AddRect(view.screen(review.region().lo), view.screen(review.region().hi), ImGui::GetColorU32(kGood), 0, 0, 2);
+  const ImVec2 cross = view.screen(review.crosshair());
+  constexpr float kGap = 6;  // pixels, so that the point itself stays visible
+  const ImU32 line = ImGui::GetColorU32({kWarn.x, kWarn.y, kWarn.z, 0.6f});
+  draw->AddLine({view.at.x, cross.y}, {cross.x - kGap, cross.y}, line);
+  draw->AddLine({cross.x + kGap, cross.y}, {end.x, cross.y}, line);
+  draw->AddLine({cross.x, view.at.y}, {cross.x, cross.y - kGap}, line);
+  draw->AddLine({cross.x, cross.y + kGap}, {cross.x, end.y}, line);
+  if (hovered && form.tool != ScanTool::kLook) {
+    const bool brush = form.tool == ScanTool::kBrush;
+    const float radius = view.pixels(static_cast<double>(brush ? form.radius_mm : form.reach_mm) * kMillimetre);
+    const ImU32 color = color_of(kind_color(static_cast<haptics::LabelKind>(form.kind)));
+    draw->AddCircle(ImGui::GetIO().MousePos, radius, color, 0, brush ? 2.0f : 1.0f);
+  }
+  const auto [left, right] = review.sides(i);
+  const ImU32 text = ImGui::GetColorU32(ImGuiCol_Text);
+  const float margin = 0.3f * ImGui::GetTextLineHeight();
+  draw->AddText({view.at.x + margin, view.at.y + margin}, text, left.data(), left.data() + left.size());
+  draw->AddText({end.x - ImGui::GetTextLineHeight(), view.at.y + margin}, text, right.data(),
+                right.data() + right.size());
+  draw->PopClipRect();
+}
+
+void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
+  ScanForm& form = s.scan;
+  ImGui::BeginGroup();
+  ImGui::PushFont(w.style().small);
+  dim(s.text(kTitles[i]));
+  ImGui::PopFont();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  if (form.pictures[i]) {
+    ImGui::Image(w.texture(*form.pictures[i], form.drawn), {size, size});
+    ImGui::SetCursorScreenPos(at);
+    ImGui::InvisibleButton(kTitles[i], {size, size});
+    const View view{form.planes[i], at, size};
+    const bool hovered = ImGui::IsItemHovered();
+    follow_mouse(s, i, view, kGrip * w.style().unit);
+    draw_marks(s, i, view, hovered);
+  } else {
+    ImGui::Dummy({size, size});
+  }
+  ImGui::EndGroup();
+}
+
+/// Draws the fields of the region's walls, in mm from the scan's first voxel.
+void edit_region(ScanForm& form) {
+  const dvec3 origin = form.review->scan()->lo();
+  haptics::ImportRegion region = form.review->region();
+  constexpr std::array kAxes{"x", "y", "z"};
+  for (int a = 0; a < 3; ++a) {
+    std::array<double, 2> mm{(region.lo[a] - origin[a]) / kMillimetre, (region.hi[a] - origin[a]) / kMillimetre};
+    ImGui::PushID(a);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(kAxes[static_cast<std::size_t>(a)]);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::InputScalarN("##walls", ImGuiDataType_Double, mm.data(), 2, nullptr, nullptr, "%.1f mm",
+                            ImGuiInputTextFlags_EnterReturnsTrue)) {
+      region.lo[a] = origin[a] + mm[0] * kMillimetre;
+      region.hi[a] = origin[a] + mm[1] * kMillimetre;
+      form.review->set_region(region);
+      form.review->want_full();
+    }
+    ImGui::PopID();
+  }
+}
+
+void draw_tools(OperatorState& s) {
+  ScanForm& form = s.scan;
+  ScanReview& review = *form.review;
+  const float gap = ImGui::GetStyle().ItemSpacing.x, third = (ImGui::GetContentRegionAvail().x - 2 * gap) / 3;
+  for (std::size_t i = 0; i < kTools.size(); ++i) {
+    if (i > 0) ImGui::SameLine();
+    const bool on = form.tool == static_cast<ScanTool>(i);
+    if (toggle_button(fmt::format("{} {}", s.text(kTools[i]), i + 1).c_str(), on, {third, 0}) ||
+        key('1' + static_cast<int>(i)))
+      form.tool = static_cast<ScanTool>(i);
+  }
+  if (form.tool == ScanTool::kLook) return;
+  std::array<const char*, kKinds.size()> names{};
+  std::ranges::transform(kKinds, names.begin(), [&](const char* key) { return s.text(key); });
+  ImGui::SetNextItemWidth(-1);
+  ImGui::Combo("##kind", &form.kind, names.data(), static_cast<int>(names.size()));
+  const auto slider = [&](const char* id, float& value, float lo, float hi, const std::string& format) {
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderFloat(id, &value, lo, hi, format.c_str());
+  };
+  if (form.tool == ScanTool::kBrush) {
+    slider("##radius", form.radius_mm, 0.3f, 8, fmt::format("{} %.1f mm", s.text("op.radius")));
+    const bool removes = static_cast<haptics::LabelKind>(form.kind) == haptics::LabelKind::kNothing;
+    ImGui::BeginDisabled(removes);
+    ImGui::Checkbox(s.text("op.scan_only_tissue"), &form.only_tissue);
+    ImGui::EndDisabled();
+  } else {
+    slider("##reach", form.reach_mm, 1, 20, fmt::format("{} %.0f mm", s.text("op.scan_reach")));
+    slider("##tolerance", form.tolerance, 0.05f, 1, fmt::format("{} %.2f", s.text("op.scan_tolerance")));
+  }
+  if (!review.can_correct()) dim_wrapped(s.text("op.scan_needs_full"));
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - gap);
+  ImGui::BeginDisabled(!review.can_undo());
+  if (ImGui::Button(s.text("op.undo"), {half, 0})) review.undo();
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!review.can_redo());
+  if (ImGui::Button(s.text("op.redo"), {half, 0})) review.redo();
+  ImGui::EndDisabled();
+}
+
+void draw_volumes(OperatorState& s) {
+  const ScanReview& review = *s.scan.review;
+  const char* state = review.current() && review.detail() == LabelDetail::kFull     ? "op.scan_full"
+                      : review.current() && review.detail() == LabelDetail::kCoarse ? "op.scan_coarse"
+                                                                                    : "op.scan_none";
+  dim(s.text(state));
+  if (!review.labels()) return;
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  for (std::size_t t = 1; t < review.volumes().size(); ++t) {
+    const double mm3 = review.volumes()[t] / kCubicMillimetre;
+    if (!(mm3 >= 0.05)) continue;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float height = ImGui::GetTextLineHeight(), side = 0.6f * height, down = 0.5f * (height - side);
+    draw->AddRectFilled({at.x, at.y + down}, {at.x + side, at.y + down + side},
+                        color_of(label_color(static_cast<Tissue>(t))));
+    ImGui::Indent(height);
+    row(s.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(t)))), fmt::format("{} mm³", s.number(mm3, 1)));
+    ImGui::Unindent(height);
+  }
+}
+
+void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  ScanForm& form = s.scan;
+  ScanReview& review = *form.review;
+  begin_panel("scan", s.text("op.scan"), size, w);
+  // The presets for scans; an intraoral scan is a mesh.
+  constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
+                                haptics::ImportPreset::kJaw};
+  const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};
+  int preset = static_cast<int>(std::ranges::find(kPresets, review.preset()) - kPresets.begin());
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::Combo("##preset", &preset, names.data(), static_cast<int>(names.size()))) {
+    review.set_preset(kPresets[static_cast<std::size_t>(preset)]);
+    s.import.preset = static_cast<int>(review.preset());
+  }
+  dim(s.text("op.scan_region"));
+  edit_region(form);
+  auto width = static_cast<float>(review.width() / kMillimetre);
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##width", &width, 10, static_cast<float>(review.whole_width() / kMillimetre),
+                         fmt::format("{} %.0f mm", s.text("op.plan_width")).c_str()))
+    review.set_width(static_cast<double>(width) * kMillimetre);
+  const bool full = review.can_correct();
+  ImGui::BeginDisabled(s.busy || full);
+  if (ImGui::Button(fmt::format("{}   4", s.text("op.scan_label")).c_str(), {-1, 0}) || (!s.busy && !full && key('4')))
+    review.want_full();
+  ImGui::EndDisabled();
+  ImGui::Spacing();
+  draw_tools(s);
+  ImGui::Spacing();
+  draw_volumes(s);
+  ImGui::Spacing();
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##name", s.text("op.import_name"), s.import.name.data(), s.import.name.size());
+  const std::array crowns = {s.text("op.crown_up"),   s.text("op.crown_down"), s.text("op.crown_right"),
+                             s.text("op.crown_left"), s.text("op.crown_back"), s.text("op.crown_front")};
+  ImGui::SetNextItemWidth(-1);
+  ImGui::Combo("##crown", &s.import.crown, crowns.data(), static_cast<int>(crowns.size()));
+  ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0}, !s.busy && s.import.name[0] != 0,
+             true);
+  ImGui::Spacing();
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(s.text("op.scan_mouse"));
+  ImGui::PopFont();
+  end_panel();
+  if (key('Z', true)) review.undo();
+  if (key('Y', true)) review.redo();
+}
+
+}  // namespace
+
+void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  const ImVec2 body = begin_titled_page(s.text("op.scan"), w), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = body.y, side = std::max(0.28f * body.x, 20 * u);
+  begin_column("sections", {body.x - side - gap.x, height});
+  if (s.scan.review) {
+    // A large section beside two smaller ones; each is square.
+    const float caption = 1.4f * u + gap.y, small = 0.5f * (height - 2 * caption - gap.y);
+    const float large = std::min(height - caption, body.x - side - small - 3 * gap.x);
+    const std::size_t first = s.scan.large, second = (first + 1) % kScanSections, third = (first + 2) % kScanSections;
+    draw_section(s, w, first, large);
+    ImGui::SameLine();
+    ImGui::BeginGroup();
+    draw_section(s, w, second, small);
+    draw_section(s, w, third, small);
+    ImGui::EndGroup();
+  }
+  ImGui::EndChild();
+  ImGui::SameLine();
+  if (s.scan.review)
+    draw_side(s, w, {side, height});
+  else
+    ImGui::Dummy({side, height});
+  end_titled_page(s, w);
+}
+
+}  // namespace typodont
