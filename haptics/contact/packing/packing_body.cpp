@@ -20,6 +20,8 @@ constexpr double kNoteEvery = 0.03;  // voxels, motion of the tool's ball betwee
 constexpr double kAround = 1.8;  // voxels, width of the region around a sphere and its gaps that interpolation reads
 // extent of the gaps beside a sphere, as a multiple of the radius of the largest hole
 constexpr double kGapsAround = 2;
+// the first version of the servo's laws by which these gaps are reduced with a cut sphere
+constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // limit of the number of waiting notes; with more notes, the field is updated without a request
 constexpr std::size_t kMost = 50000;
 
@@ -154,11 +156,14 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay.
+    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay. Beside the remainder of
+    // a cut sphere, the space up to the next sphere is not only gap: it also contains tissue of the sphere itself and
+    // of its neighbours, which stays.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
-      const double r = before[k].radius();
-      const double room = spheres_.tree().room(c, r + kGapsAround * packing_.largest_hole);
+      const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
+      const double remains = laws_ >= kLawsOfReducedGaps ? r / whole : 1;
+      const double room = spheres_.tree().room(c, r + remains * kGapsAround * packing_.largest_hole);
       spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
       changed(piece[k], before[k]);
     }

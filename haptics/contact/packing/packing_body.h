@@ -31,6 +31,7 @@ class PackingBody final : public TissueBody {
   bool undo() override;
   bool redo() override;
   PerTissue taken_back() const override { return taken_back_; }
+  void set_laws(std::uint32_t laws) override { laws_ = laws; }
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override;
   void cut_out(Snapshot& snapshot) override;
@@ -74,6 +75,7 @@ class PackingBody final : public TissueBody {
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
+  std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state

@@ -22,6 +22,10 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the too
 constexpr int kPositionsCompared = 16;  // number of tool positions at which GPU and CPU are compared
 // rad, limit of the rotation in one cut: the chord then deviates from the arc by 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
+// N, force limit of a scene up to which the offset model's limit holds for the change of a retreating tool's force; in
+// scenes with larger forces this limit grows with the force limit
+constexpr double kDentalForces = 20;
+constexpr std::uint32_t kLawsOfLargeForces = 7;  // the first version of the servo's laws that does so
 
 /// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's
 /// friction in every tick.
@@ -171,8 +175,10 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
+  const double scale =
+      settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
   // m, limit of the motion per tick
-  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
+  const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
     const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
