@@ -62,15 +62,26 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
     : volume_(std::move(tissue)),
       packing_(checked(packing, volume_, parameters)),
       spheres_(packing, parameters.removal, cell_volumes(packing, SphereTree(packing.center, packing.radius), volume_)),
-      fitted_(parameters.fitted),
+      parameters_(parameters),
+      tool_set_(tools.begin(), tools.end()),
       buffers_(packing.size()),
       loose_(packing, spheres_.tree()),
       kept_in_(packing.size(), 0),
       changed_in_(packing.size(), 0),
       last_noted_(packing.size(), kNowhere),
       paints_(volume_.paints()) {
-  for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters));
+  set_tools(kServoLaws);
   read_materials();
+}
+
+void PackingBody::set_tools(std::uint32_t laws) {
+  laws_ = laws;
+  tools_.clear();
+  for (std::size_t t = 0; t < tool_set_.size(); ++t) tools_.push_back(spheres_of(tool_set_, t, parameters_, laws));
+}
+
+void PackingBody::set_laws(std::uint32_t laws) {
+  if (laws != laws_) set_tools(laws);
 }
 
 /// Tissue and hardness of each sphere are those of the voxel at its initial centre. The packer has cleaned dithered
@@ -86,7 +97,7 @@ void PackingBody::read_materials() {
     volume_.copy(glm::ivec3(glm::round(frame.to_voxels(packing_.center[i]))), glm::ivec3(1), &distance, &label,
                  &hardness);
     if (first) label_[i] = label;
-    const double fitted = fitted_.empty() ? 1.0 : static_cast<double>(fitted_[i]);
+    const double fitted = parameters_.fitted.empty() ? 1.0 : static_cast<double>(parameters_.fitted[i]);
     const bool painted = label != label_[i] && label != Tissue::kAir;
     spheres_.set_material(static_cast<int>(i), painted ? label : packing_.tissue[i],
                           fitted * hardness_fraction(hardness));

@@ -50,6 +50,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
       parameters_(parameters),
       density_(densities(parameters, settings.materials)),
       buffers_(parameters.spheres),
+      tried_(parameters.spheres),
       near_(2 * parameters.spheres) {
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   for (std::size_t t = 0; t < kTissueCount; ++t) energy_[t] = density_[t] * dentin;
@@ -57,11 +58,11 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters), kFrictionless);
+    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), kFrictionless);
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
-  if (passes) {
+  if (passes && settings.laws >= kLawsOfRings) {
     std::vector<ToolSpheres> heads;
     std::size_t most = 0;
     for (const SphereProxy& proxy : proxies_) {
@@ -283,16 +284,19 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Upper bound of the energy of a motion, J. It is an upper bound because tissue that several of the head's spheres
-/// cover is counted for each of them. `near_to`: end of the motion for which find_near() was called.
+/// Energy of a motion, J. By laws before kLawsOfRings it is an upper bound: tissue that several of the head's spheres
+/// cover was counted for each of them. `near_to`: end of the motion for which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
   if (gpu_ && gpu_->cost(snapshot_.spheres, tool, from, to, near_to, energy_, sum)) return sum;
   sum = 0;
+  tried_.begin();
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
-    sum += snapshot_.spheres.cost(std::span(near_).subspan(begin, near_end_[t] - begin), from * tool.center_T[t],
-                                  to * tool.center_T[t], tool.radius[t], energy_);
+    const std::span<const int> near = std::span(near_).subspan(begin, near_end_[t] - begin);
+    const dvec3 a = from * tool.center_T[t], b = to * tool.center_T[t];
+    sum += settings_.laws >= kLawsOfRings ? tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_)
+                                          : snapshot_.spheres.cost(near, a, b, tool.radius[t], energy_);
   }
   return sum;
 }
