@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings without removal: for each ball and each sphere, the volume that this ball alone would
-// remove.
+// Pass 3 of sphere packings without removal: for each ball and each sphere, the volume that this ball would remove after
+// the balls before it.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;
@@ -18,11 +18,11 @@ void main() {
   for (uint i = gl_GlobalInvocationID.x; i < pass.spheres; i += stride) {
     if (!may_be_near(i)) continue;
     Sphere s = spheres[i];
-    double had = counted(s);
     for (uint k = 0u; k < pass.balls; ++k) {
       Sphere cut = s;
       if (!is_near(s, balls[k]) || !after_cut(cut, balls[k])) continue;
-      precise double taken = had - counted(cut);
+      precise double taken = counted(s) - counted(cut);
+      s = cut;
       uint at = atomicAdd(count, 1u);
       if (at < pass.capacity) shares[at] = Share(k, i, taken);
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "engine/app/hands/task_student.h"
@@ -35,6 +36,8 @@ struct Lead {
   // m, limit of the distance from the line at which the wanted position advances
   static constexpr double beside = 0.022e-3;
   static constexpr double there = 0.01e-3;  // m, distance to the stroke's end at which a cut is finished
+  // m, approach of the tool to the wanted position that counts as progress
+  static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
       0.03e-3;                           // m, limit of the distance from the line in a pass that finishes an edge's run
   static constexpr int most_times = 3;   // limit of the number of passes back along a run of an edge
@@ -52,6 +55,13 @@ struct Lead {
   static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the limit
+  // m, a bound of the limit below which the hand may always lead; soft bone needs a longer lead than a tooth
+  static constexpr double always_allowed_lead = 2e-3;
+  // limit of a cut's force, as a fraction of the largest force that the task accepts
+  static constexpr double below_most_force = 0.9;
+  // If something holds the tool back, the hand waits for it in the air, too: m, distance from tool to hand above which
+  // the hand slows down, distance over which its pace falls, and lower bound of the pace as a fraction.
+  static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
 /// Parameters for joining strokes to legs.
@@ -79,6 +89,7 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
   grip.size = std::max(1.0, voxel / kVoxelOfATooth);
   for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
+    if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = Lead::below_most_force * rule.target;
   }
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
@@ -311,6 +322,7 @@ class Plan {
           other_finishes ? plan(now, tool, by_hand, /*finish=*/false) : std::move(best->strokes);
       log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
                 best->left * 1e9);
+      if (goes_straight_in(strokes)) go_up_by_sizes(best->tool, strokes.front());
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
@@ -356,7 +368,7 @@ class Plan {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = grip_.force * (s.bulk ? bulk_force : Lead::finishing_force);
+      force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : Lead::finishing_force));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
@@ -375,6 +387,28 @@ class Plan {
     return cosine > Joining::straight_on ? Lead::cut_pace
            : cosine > Joining::turn      ? Joining::aside_pace
                                          : Joining::turn_pace;
+  }
+  bool goes_straight_in(const std::vector<Stroke>& strokes) const {
+    constexpr double kStraight = 1 - 1e-9;  // cosine of the angle between stroke and axis
+    return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
+  }
+  /// Leads the narrower tools of the same shape along the last tool's stroke, narrowest first, until their ends are as
+  /// deep, like the reamers of a set.
+  void go_up_by_sizes(std::size_t last, const Stroke& in) {
+    std::vector<std::uint32_t> sizes;
+    for (std::uint32_t i = 0; i < tools_.size(); ++i) {
+      const bool narrower = tools_[i].diameter < tools_[last].diameter - ToolChoice::same_width;
+      if (narrower && tools_[i].shape == tools_[last].shape && tools_[i].turns()) sizes.push_back(i);
+    }
+    std::sort(sizes.begin(), sizes.end(), [&](auto a, auto b) { return tools_[a].diameter < tools_[b].diameter; });
+    for (const std::uint32_t i : sizes) {
+      Stroke stroke = in;
+      stroke.to.p += (tools_[i].half() - tools_[last].half()) * axis_;
+      const Terrain terrain(state_, around_, axis_);
+      carve_strokes(state_, tools_[i], {stroke});
+      take(i, /*drill=*/true);
+      follow({stroke}, /*by_hand=*/false, terrain, Lead::rough_force);
+    }
   }
   bool idle() const { return legs_.empty(); }
   std::vector<ExpertLeg> take_legs() { return std::move(legs_); }
@@ -848,6 +882,7 @@ void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {
   leg_ = 0;
   way_ = exit_legs_.size();
   along_ = waited_ = worst_ = 0;
+  nearest_ = std::numeric_limits<double>::infinity();
   times_ = 0;
   back_ = false;
   run_ = 0;
@@ -881,6 +916,7 @@ void ExpertHand::next_leg() noexcept {
   if (leg.kind == ExpertLeg::Kind::kMove) free_ = leg.to;
   ++(out ? way_ : leg_);
   along_ = waited_ = worst_ = 0;
+  nearest_ = std::numeric_limits<double>::infinity();
   times_ = 0;
   back_ = false;
   run_ = leg_;
@@ -947,7 +983,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;
     const double pace =
-        leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::drill_travel_pace : Lead::travel_pace)
+        leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::drill_travel_pace : Lead::travel_pace) *
+                                      std::clamp(1 - (off - Lead::waits_from) / Lead::waits_over, Lead::least_pace, 1.0)
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : std::min(Lead::scrape_pace, Lead::turning_pace + std::min(from_turn, to_turn) / Lead::turning_time);
@@ -955,10 +992,14 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;
+      nearest_ = off;
+    } else if (off < nearest_ - grip_.size * Lead::progress) {
+      waited_ = 0;
+      nearest_ = off;
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, beside);
     done = along_ >= length &&
-           (leg.kind != Kind::kCut || off < grip_.size * (leg.end_pace > 0 ? Lead::beside : Lead::there));
+           (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? grip_.size * Lead::beside : Lead::there));
     stuck = !done && waited_ > Lead::patience;
     done = done || stuck;
   }
@@ -974,9 +1015,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   // force.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
-    most_lead_ =
-        grip_.lead * std::clamp(most_lead_ / grip_.lead + dt_ * Lead::lead_per_force * too_little / grip_.force,
-                                Lead::least_most_lead, Lead::most_lead);
+    most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
+                            grip_.lead * Lead::least_most_lead,
+                            std::max(grip_.lead * Lead::most_lead, grip_.size * Lead::always_allowed_lead));
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);

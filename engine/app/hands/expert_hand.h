@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -41,6 +42,7 @@ struct ExpertGrip {
   double size = 1;     // factor on the lengths that are given for work on a tooth: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task prescribes
   double lead = 1e-3;  // m, lead of the hand over its tool that gives the mean force
+  double most_force = std::numeric_limits<double>::infinity();  // N, limit of the push of a cut
 };
 
 /// Position of a filled portion: m along the two axes perpendicular to the preparation's axis. The instrument leaves a
@@ -119,6 +121,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double along_ = 0;   // m, distance from the leg's start to the wanted position
   double filled_ = 0;  // m³, volume filled from the session's start to the start of this leg
   double waited_ = 0;  // s without progress
+  // m, smallest distance of the tool from the wanted position since this position last moved
+  double nearest_ = std::numeric_limits<double>::infinity();
   // Consecutive strokes of an edge without a stop form a run. The hand draws the edge to and fro along the run until
   // the tool reaches the wanted line.
   std::size_t run_ = 0;  // index of the first leg of the run

@@ -16,6 +16,7 @@ namespace typodont {
 namespace {
 
 constexpr double kClear = 0.05;   // voxels, depth to which a head may reach into the ideal; equals the field's error
+constexpr double kExact = 0.02;   // voxels, the same depth for a head that fits the ideal exactly
 constexpr double kGrid = 0.1e-3;  // m, distance between evaluated positions
 constexpr double kLayer = 0.5;    // distance between two layers of the bulk, in diameters
 constexpr double kRow = 0.6;      // distance between two rows of a layer, in diameters
@@ -75,6 +76,7 @@ class StrokePlanner {
 
   std::vector<Stroke> plan(bool finish) {
     if (!find_bounds()) return {};
+    if (auto way = close_fit()) take(*way, /*closed=*/false);
     find_layers();
     for (Layer& layer : layers_) {
       rows(layer);
@@ -189,6 +191,52 @@ class StrokePlanner {
     return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j);
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
+
+  /// How far the head at p stays out of the ideal, voxels: the smallest distance of its points; negative inside.
+  double clearance(const dvec3& p) const {
+    const dvec3 q = voxels(p);
+    double least = kFieldErrorLimit;
+    for (const Points& group : head_groups_) {
+      if (ideal_.sample(q + group.center) > group.radius + kFieldErrorLimit) continue;
+      for (const dvec3& d : group.points) least = std::min(least, static_cast<double>(ideal_.sample(q + d)));
+    }
+    return least;
+  }
+  /// The position at p's height, near p, at which the head stays farthest out of the ideal: a search along eight
+  /// directions with a step that is halved when no direction helps.
+  dvec3 centered(dvec3 p) const {
+    constexpr std::array<glm::dvec2, 8> kDirections{
+        {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
+    double best = clearance(p);
+    for (double step = 4 * grid_; step > floor_of_column_;) {
+      dvec3 next = p;
+      for (const glm::dvec2& d : kDirections) {
+        const dvec3 q = p + dvec3(step * d, 0);
+        if (const double room = clearance(q); room > best) best = room, next = q;
+      }
+      if (next == p) step *= 0.5;
+      p = next;
+    }
+    return p;
+  }
+  /// The straight way in for a head that fits the ideal so closely that the grid contains no clear position beside
+  /// it, like a reamer of the cup's own diameter. No value for other heads.
+  std::optional<Chain> close_fit() const {
+    dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
+    const auto down_to = [&](double height) {
+      dvec3 q(p.x, p.y, height);
+      if (!(clearance(q) > -kExact)) q = centered(q);
+      if (!(clearance(q) > -kExact) || !clear(q)) return false;
+      p = q;
+      return true;
+    };
+    while (p.z > bottom_ && down_to(p.z - down_)) continue;
+    for (double step = 0.5 * down_; step > floor_of_column_; step *= 0.5) down_to(p.z - step);
+    const auto beside = [&](double x, double y) { return clear(p + grid_ * dvec3(x, y, 0)); };
+    const dvec3 above(p.x, p.y, top_);
+    if (beside(1, 0) || beside(-1, 0) || beside(0, 1) || beside(0, -1) || !clear_along(above, p)) return std::nullopt;
+    return Chain{above, p};
+  }
 
   /// The cells that the head can reach at this height, from the layer above.
   Layer layer_at(double height, const Layer* above) const {

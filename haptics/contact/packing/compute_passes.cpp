@@ -151,6 +151,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   PerTissue one;
   one.fill(1);
   std::vector<SweptBall> swept;
+  TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
     // Moves the tool's first sphere from outside into a sphere of the tissue, by a fifth of its own radius.
@@ -168,11 +169,12 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
     const SurfaceEstimate surface =
         estimate_surface(tissue, tool, to, to * tool.center_T[0], kEpsilon, one, buffers.changed);
     double joules = 0;
+    tried.begin();
     for (std::size_t t = 0; t < tool.head; ++t) {
       const dvec3 a = at * tool.center_T[t], b = to * tool.center_T[t];
       const std::size_t near =
           std::min(tissue.tree().near_segment(a, b, tool.radius[t], buffers.changed), buffers.changed.size());
-      joules += tissue.cost(std::span(buffers.changed).first(near), a, b, tool.radius[t], one);
+      joules += tried.add(tissue, std::span(buffers.changed).first(near), a, b, tool.radius[t], one);
     }
     times.processor += to_seconds(now() - start);
 

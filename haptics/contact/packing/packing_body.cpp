@@ -20,6 +20,8 @@ constexpr double kNoteEvery = 0.03;  // voxels, motion of the tool's ball betwee
 constexpr double kAround = 1.8;  // voxels, width of the region around a sphere and its gaps that interpolation reads
 // extent of the gaps beside a sphere, as a multiple of the radius of the largest hole
 constexpr double kGapsAround = 2;
+// the first version of the servo's laws by which these gaps are reduced with a cut sphere
+constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // limit of the number of waiting notes; with more notes, the field is updated without a request
 constexpr std::size_t kMost = 50000;
 
@@ -60,15 +62,26 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
     : volume_(std::move(tissue)),
       packing_(checked(packing, volume_, parameters)),
       spheres_(packing, parameters.removal, cell_volumes(packing, SphereTree(packing.center, packing.radius), volume_)),
-      fitted_(parameters.fitted),
+      parameters_(parameters),
+      tool_set_(tools.begin(), tools.end()),
       buffers_(packing.size()),
       loose_(packing, spheres_.tree()),
       kept_in_(packing.size(), 0),
       changed_in_(packing.size(), 0),
       last_noted_(packing.size(), kNowhere),
       paints_(volume_.paints()) {
-  for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters));
+  set_tools(kServoLaws);
   read_materials();
+}
+
+void PackingBody::set_tools(std::uint32_t laws) {
+  laws_ = laws;
+  tools_.clear();
+  for (std::size_t t = 0; t < tool_set_.size(); ++t) tools_.push_back(spheres_of(tool_set_, t, parameters_, laws));
+}
+
+void PackingBody::set_laws(std::uint32_t laws) {
+  if (laws != laws_) set_tools(laws);
 }
 
 /// Tissue and hardness of each sphere are those of the voxel at its initial centre. The packer has cleaned dithered
@@ -84,7 +97,7 @@ void PackingBody::read_materials() {
     volume_.copy(glm::ivec3(glm::round(frame.to_voxels(packing_.center[i]))), glm::ivec3(1), &distance, &label,
                  &hardness);
     if (first) label_[i] = label;
-    const double fitted = fitted_.empty() ? 1.0 : static_cast<double>(fitted_[i]);
+    const double fitted = parameters_.fitted.empty() ? 1.0 : static_cast<double>(parameters_.fitted[i]);
     const bool painted = label != label_[i] && label != Tissue::kAir;
     spheres_.set_material(static_cast<int>(i), painted ? label : packing_.tissue[i],
                           fitted * hardness_fraction(hardness));
@@ -154,11 +167,14 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay.
+    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay. Beside the remainder of
+    // a cut sphere, the space up to the next sphere is not only gap: it also contains tissue of the sphere itself and
+    // of its neighbours, which stays.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
-      const double r = before[k].radius();
-      const double room = spheres_.tree().room(c, r + kGapsAround * packing_.largest_hole);
+      const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
+      const double remains = laws_ >= kLawsOfReducedGaps ? r / whole : 1;
+      const double room = spheres_.tree().room(c, r + remains * kGapsAround * packing_.largest_hole);
       spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
       changed(piece[k], before[k]);
     }

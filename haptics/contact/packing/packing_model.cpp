@@ -22,6 +22,10 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the too
 constexpr int kPositionsCompared = 16;  // number of tool positions at which GPU and CPU are compared
 // rad, limit of the rotation in one cut: the chord then deviates from the arc by 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
+// N, force limit of a scene up to which the offset model's limit holds for the change of a retreating tool's force; in
+// scenes with larger forces this limit grows with the force limit
+constexpr double kDentalForces = 20;
+constexpr std::uint32_t kLawsOfLargeForces = 7;  // the first version of the servo's laws that does so
 
 /// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's
 /// friction in every tick.
@@ -46,6 +50,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
       parameters_(parameters),
       density_(densities(parameters, settings.materials)),
       buffers_(parameters.spheres),
+      tried_(parameters.spheres),
       near_(2 * parameters.spheres) {
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   for (std::size_t t = 0; t < kTissueCount; ++t) energy_[t] = density_[t] * dentin;
@@ -53,11 +58,11 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters), kFrictionless);
+    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), kFrictionless);
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
-  if (passes) {
+  if (passes && settings.laws >= kLawsOfRings) {
     std::vector<ToolSpheres> heads;
     std::size_t most = 0;
     for (const SphereProxy& proxy : proxies_) {
@@ -171,8 +176,10 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
+  const double scale =
+      settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
   // m, limit of the motion per tick
-  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
+  const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
     const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
@@ -277,16 +284,19 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Upper bound of the energy of a motion, J. It is an upper bound because tissue that several of the head's spheres
-/// cover is counted for each of them. `near_to`: end of the motion for which find_near() was called.
+/// Energy of a motion, J. By laws before kLawsOfRings it is an upper bound: tissue that several of the head's spheres
+/// cover was counted for each of them. `near_to`: end of the motion for which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
   if (gpu_ && gpu_->cost(snapshot_.spheres, tool, from, to, near_to, energy_, sum)) return sum;
   sum = 0;
+  tried_.begin();
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
-    sum += snapshot_.spheres.cost(std::span(near_).subspan(begin, near_end_[t] - begin), from * tool.center_T[t],
-                                  to * tool.center_T[t], tool.radius[t], energy_);
+    const std::span<const int> near = std::span(near_).subspan(begin, near_end_[t] - begin);
+    const dvec3 a = from * tool.center_T[t], b = to * tool.center_T[t];
+    sum += settings_.laws >= kLawsOfRings ? tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_)
+                                          : snapshot_.spheres.cost(near, a, b, tool.radius[t], energy_);
   }
   return sum;
 }

@@ -41,10 +41,15 @@ struct Parameters {
   }
 };
 
+/// The first version of the servo's laws with heads as rings of spheres, whose overlaps a cut pays only once.
+inline constexpr std::uint32_t kLawsOfRings = 7;
+
 /// A tool of the set as spheres.
-inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
+inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters,
+                              std::uint32_t laws) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
-  return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed);
+  return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed,
+                      laws >= kLawsOfRings ? HeadSpheres::kRings : HeadSpheres::kPacked);
 }
 
 /// Density of every tissue relative to dentin: the scene's value, otherwise the ratio of the specific energies.

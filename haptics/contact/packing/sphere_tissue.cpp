@@ -122,6 +122,21 @@ double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3
   return sum;
 }
 
+double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+                     const PerTissue& weight) noexcept {
+  double sum = 0;
+  for (const int i : near) {
+    const auto k = static_cast<std::size_t>(i);
+    CutSphere s = tried_in_[k] == number_ ? state_[k] : tissue.sphere(i);
+    const double before = tissue.counted(s);
+    if (!tissue.after_cut(s, a, b, r)) continue;
+    sum += (before - tissue.counted(s)) * tissue.hardness(i) * weight[static_cast<std::size_t>(tissue.tissue(i))];
+    state_[k] = s;
+    tried_in_[k] = number_;
+  }
+  return sum;
+}
+
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
   spheres_[static_cast<std::size_t>(i)] = s;
   tree_.set(i, s.center(), s.radius() > kLeast * s.base_radius ? s.radius() : 0);

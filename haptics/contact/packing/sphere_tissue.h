@@ -60,8 +60,8 @@ class SphereTissue {
   /// touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Cost of a cut: sum over `near` of the volume that cut() would remove, m³, times hardness times the tissue's
-  /// `weight`.
+  /// Cost of a cut by one ball: sum over `near` of the volume that cut() would remove, m³, times hardness times the
+  /// tissue's `weight`. For several balls that overlap, see TriedCut.
   double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
   /// Restores a sphere to an earlier state.
@@ -78,6 +78,7 @@ class SphereTissue {
   }
 
  private:
+  friend class TriedCut;
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
 
@@ -87,6 +88,23 @@ class SphereTissue {
   std::vector<float> hardness_;
   bool graded_ = false;
   SphereTree tree_;
+};
+
+/// The cost of a cut by several balls, one after the other, without a change of the tissue: each ball pays only for
+/// what the balls before it left, as in carve(). Never allocates after the construction. Servo thread.
+class TriedCut {
+ public:
+  explicit TriedCut(std::size_t spheres) : state_(spheres), tried_in_(spheres, 0) {}
+  /// Begins a new cut.
+  void begin() noexcept { ++number_; }
+  /// Cost of the next ball, as SphereTissue::cost().
+  double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+             const PerTissue& weight) noexcept;
+
+ private:
+  std::vector<CutSphere> state_;         // states of the spheres that the present cut has changed
+  std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the cut for which state_ holds
+  std::uint64_t number_ = 0;
 };
 
 /// Volume of tissue that belongs to each sphere, m³. Each voxel's tissue counts for the nearest sphere, so a cell

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "haptics/sphere_packer.h"
 
 namespace typodont::haptics::packing {
@@ -15,6 +16,10 @@ constexpr double kSamples = 48;  // number of samples of the field along the lon
 // Ratio of the distance between two spheres of a chain to their radius: the notch between two spheres is then 2 % of
 // the radius deep.
 constexpr double kChainStep = 0.4;
+// Rings of inscribed spheres: number of nodes across the head's radius; distance of two neighbours in a ring as a
+// fraction of their radius; volume that another ring must cover, as a fraction of the head's volume.
+constexpr int kCells = 25;
+constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
 
 /// Adds inscribed spheres along the axis of a part that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
@@ -55,6 +60,109 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   return {packing.center, packing.radius};
 }
 
+/// A head of revolution as overlapping inscribed spheres, in rings around its axis. Each ring is the one that, per
+/// sphere, covers the largest part of the head that no earlier ring covers. So the sides and the end of the head
+/// become smoother than those of a packing, whose spheres do not overlap.
+class Rings {
+ public:
+  explicit Rings(const Tool& tool)
+      : side_(tool.radius() / kCells),
+        levels_(static_cast<int>(std::floor(2 * tool.half() / side_)) + 1),
+        bottom_(-tool.half()),
+        room_(kCells * static_cast<std::size_t>(levels_)),
+        covered_(room_.size()),
+        open_((kCells + 1) * static_cast<std::size_t>(levels_)) {
+    for (int j = 0; j < levels_; ++j) {
+      for (int i = 0; i < kCells; ++i) {
+        room_[node(i, j)] = -tool.distance(dvec3(rho(i), 0, z(j)));
+        covered_[node(i, j)] = !(room_[node(i, j)] > 0);
+      }
+      add_up(j);
+      enough_ += kLeastCovered * open_[sum(kCells, j)];
+    }
+  }
+
+  ToolSpheres choose(std::size_t most) {
+    std::vector<dvec3> centers;
+    std::vector<double> radii;
+    while (true) {
+      int best_i = -1, best_j = 0;
+      double most_gain = 0;  // per sphere
+      for (int j = 0; j < levels_; ++j) {
+        for (int i = 0; i < kCells; ++i) {
+          const std::size_t count = in_ring(i, j);
+          if (count == 0 || centers.size() + count > most) continue;
+          const double gain = covers(i, j);
+          if (gain < enough_ || gain <= most_gain * static_cast<double>(count)) continue;
+          most_gain = gain / static_cast<double>(count);
+          best_i = i, best_j = j;
+        }
+      }
+      if (best_i < 0) return {std::move(centers), std::move(radii)};
+      const std::size_t count = in_ring(best_i, best_j);
+      for (std::size_t k = 0; k < count; ++k) {
+        const double angle = 2 * kPi * static_cast<double>(k) / static_cast<double>(count);
+        centers.emplace_back(rho(best_i) * std::cos(angle), rho(best_i) * std::sin(angle), z(best_j));
+        radii.push_back(room_[node(best_i, best_j)]);
+      }
+      cover(best_i, best_j);
+    }
+  }
+
+ private:
+  std::size_t node(int i, int j) const { return static_cast<std::size_t>(j * kCells + i); }
+  std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
+  double rho(int i) const { return i * side_; }
+  double z(int j) const { return bottom_ + j * side_; }
+  /// Volume that belongs to a node, in 2π side³.
+  static double weight(int i) { return i > 0 ? i : 0.125; }
+  void add_up(int level) {
+    for (int i = 0; i < kCells; ++i) {
+      open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
+    }
+  }
+  /// Number of spheres in the ring through a node; 0 outside the head.
+  std::size_t in_ring(int i, int j) const {
+    const double r = room_[node(i, j)];
+    if (!(r > 0)) return 0;
+    return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
+                 : 1;
+  }
+  /// For each level that the ring through (i, j) reaches: calls f(level, first node, node after the last). The ring's
+  /// cross-section is the one midway between two of its spheres, where it is thinnest.
+  template <class F>
+  void each_level(int i, int j, F&& f) const {
+    const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
+    const double thick2 = (r * r - half * half) / (side_ * side_);
+    if (!(thick2 > 0)) return;
+    const int most = static_cast<int>(std::sqrt(thick2));
+    for (int dj = -std::min(most, j); dj <= most && j + dj < levels_; ++dj) {
+      const int di = static_cast<int>(std::sqrt(std::max(0.0, thick2 - dj * dj)));
+      f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
+    }
+  }
+  /// Volume that the ring would cover and that no earlier ring covers.
+  double covers(int i, int j) const {
+    double gain = 0;
+    each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
+    return gain;
+  }
+  void cover(int i, int j) {
+    each_level(i, j, [&](int level, int from, int to) {
+      for (int k = from; k < to; ++k) covered_[node(k, level)] = 1;
+      add_up(level);
+    });
+  }
+
+  double side_;                        // m, distance between two nodes
+  int levels_;                         // number of levels along the axis
+  double bottom_;                      // m, height of the first level
+  std::vector<double> room_;           // m, depth of each node in the head
+  std::vector<std::uint8_t> covered_;  // marks the nodes outside the head and those in a ring
+  std::vector<double> open_;           // for each level: sums over the uncovered nodes up to a radius
+  double enough_ = 0;
+};
+
 }  // namespace
 
 ToolSpheres::ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii)
@@ -76,11 +184,16 @@ void ToolSpheres::add_non_cutting(const dvec3& p_T, double r) {
   reach = std::max(reach, glm::length(p_T) + r);
 }
 
-ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed) {
+ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed, HeadSpheres kind) {
   const dvec3 half(tool.radius(), tool.radius(), tool.half());
-  ToolSpheres result = tool.shape == HeadShape::kSphere
-                           ? ToolSpheres({dvec3(0)}, {tool.radius()})
-                           : packed(-half, half, spheres, seed, [&](const dvec3& p) { return tool.distance(p); });
+  ToolSpheres result;
+  if (tool.shape == HeadShape::kSphere) {
+    result = ToolSpheres({dvec3(0)}, {tool.radius()});
+  } else if (kind == HeadSpheres::kRings) {
+    result = Rings(tool).choose(spheres);
+  } else {
+    result = packed(-half, half, spheres, seed, [&](const dvec3& p) { return tool.distance(p); });
+  }
   for (const auto& part : {shank_of(tool), safe_end_of(tool)}) {
     if (part) add_chain(*part, result);
   }

@@ -28,9 +28,16 @@ struct ToolSpheres {
   std::size_t size() const { return radius.size(); }
 };
 
-/// A tool with a head of the tool table. A ball is one sphere; every other head is packed with `spheres` spheres.
-/// Shank and safe end are chains of inscribed spheres on the tool's axis.
-ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed);
+/// Arrangement of the spheres of a head that is not a ball.
+enum class HeadSpheres {
+  kPacked,  // spheres of several sizes that do not overlap; the servo's laws before version 7
+  kRings,   // overlapping spheres in rings around the axis
+};
+
+/// A tool with a head of the tool table. A ball is one sphere; every other head has about `spheres` spheres. `seed`:
+/// only for kPacked. Shank and safe end are chains of inscribed spheres on the tool's axis.
+ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed,
+                         HeadSpheres kind = HeadSpheres::kRings);
 /// Packs a closed solid in the tool's frame T with spheres, e.g. a mesh (read_mesh_solid). Throws Error if the solid is
 /// unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);
