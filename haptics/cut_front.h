@@ -149,7 +149,7 @@ class CutFront {
   std::vector<float> heights_;
   bool known_ = false;
   double way_ = 0;  // voxels, path length so far
-  Pose X_V_;        // pose of the head, in voxels
+  Pose X_V_;        // pose of the head in V, in voxels
 };
 
 }  // namespace typodont::haptics

@@ -27,7 +27,7 @@ struct WorkbenchOptions {
   std::string hand;       // address of the hand; empty: the rig's value, otherwise the mouse if there is a window
   std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
   std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, for hands without a rate of their own
+  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
   std::string audio;      // address of the sound output; empty: a sound card if there is one
   bool binaural = false;  // two channels of sound for the trainee's ears, from where the tool is
   std::filesystem::path record;     // file of the recording; empty: no recording

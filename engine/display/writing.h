@@ -20,10 +20,11 @@ struct Hud {
   bool visible = false;
   std::string tool;  // "round 1.2 mm"
   double speed_krpm = 0;
-  bool force_shown = true;  // false: without the force and its bar, which would tell a blind experiment's stimuli apart
-  double force = 0;         // N
-  double force_limit = 5;   // N, force at the bar's end
-  std::string hint;         // parts separated by three spaces; lines break there
+  // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
+  bool force_shown = true;
+  double force = 0;          // N
+  double force_limit = 5;    // N, force at the bar's end
+  std::string hint;          // parts separated by three spaces; lines break there
   double least_letters = 0;  // least height of the letters over half the picture's height: readable_letters()
   glm::dmat2 upright{1.0};   // result of display::upright()
   double aspect = 0;         // width / height of the physical picture; 0: derived from the pixels

@@ -145,7 +145,7 @@ struct Centres {
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // positions, relative to the first pose's base
+  F8 x, y, z;        // positions of the samples, relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest

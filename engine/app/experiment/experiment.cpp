@@ -83,7 +83,7 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  double lesser = 0, greater = 1;  // for models: indices of the models
+  double lesser = 0, greater = 1;  // the two stimuli; for the question kModel: indices of the models
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];
   } else {

@@ -68,7 +68,7 @@ std::string catalogue_name(const haptics::Tool& tool) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m, and half an angle in rad
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // tolerances: m, and half an angle in rad
 }
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {

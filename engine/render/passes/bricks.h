@@ -15,7 +15,8 @@ namespace typodont::render {
 struct GpuVertex {
   float p[3];         // m, mesh
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
-  // the two tissues; the second tissue's fraction · 255; low bits: tissue below, high bits: its visible fraction · 15
+  // Bytes 0 and 1: the two tissues. Byte 2: the second tissue's fraction · 255. Byte 3: the tissue below the surface
+  // (low four bits) and its visible fraction · 15 (high four bits).
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);

@@ -14,7 +14,7 @@ namespace typodont::haptics::implant {
 /// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Frame T.
 struct ToolVoxel {
   glm::vec3 p;      // m
-  glm::vec3 n;      // unit, out of the head
+  glm::vec3 n;      // unit normal, pointing out of the head
   float outside;    // m, signed distance of p from the head's surface, negative inside
   float area;       // m², surface area that the voxel represents
   float inverse_r;  // 1/m, mean of 1/r over the voxel, where r is the distance from the tool's axis

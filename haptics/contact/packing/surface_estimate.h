@@ -10,7 +10,7 @@
 namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
-  dvec3 n_W{0};           // unit, out of the tissue (eq. 2); zero if nothing is near
+  dvec3 n_W{0};           // unit normal, pointing out of the tissue (eq. 2); zero if no tissue is near
   double volume = 0;      // m³, sum of all overlaps
   double density = 0;     // ρ of eq. 3 with the volume in mm³: more contact makes cutting slower, as with a reamer
   double normalised = 0;  // ρ̂ of eq. 3: depends only on the material, as for a drill
