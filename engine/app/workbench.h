@@ -18,6 +18,7 @@
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
+#include "engine/session/strings.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {
@@ -43,6 +44,7 @@ struct WorkbenchOptions {
   bool save_at_end = true;     // true: the tissue is saved at the end and on request; false: only on request
   std::string trainee;         // the trainee's name, for the recording
   int monitor = -1;            // monitor for full screen; −1: a window
+  session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
   // Options of an experiment (engine/app/experiment/).
   // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); no picture shows the force

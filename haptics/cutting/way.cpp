@@ -259,7 +259,7 @@ struct WayBlock {
   }
   /// The plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Distance, voxels, of the plane's bound of a row below -kMargin, the smallest value that any sample has. If the
+  /// Difference between -kMargin, the smallest value of any sample, and the plane's bound of a row, in voxels. If the
   /// result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// The plane's upper bound of all depths in the block.

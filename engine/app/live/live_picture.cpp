@@ -79,6 +79,7 @@ void LivePicture::make(gpu::Device* device) {
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;
+  look.language = options_.language;
   look.quality = ladder_.step();
   look.handpieces = scene_.handpieces;
   stage_.emplace(*rig_, shown_, look);

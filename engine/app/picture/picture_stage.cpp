@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/app/handpiece_file.h"
+#include "engine/app/hud_text.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -51,17 +52,6 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
     shape.thread_pitch = implant.pitch;
     shape.thread_core = implant.core_diameter / 2;
   }
-}
-
-/// The tool's name in the catalogue without its size: "round" for round_012. A tool without a name is named by its
-/// shape.
-std::string catalogue_name(const haptics::Tool& tool) {
-  std::string name = tool.name;
-  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
-  const std::size_t size = name.find_last_not_of("0123456789");
-  if (size != std::string::npos && size + 1 < name.size() && name[size] == '_') name.resize(size);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
 }
 
 }  // namespace
@@ -372,7 +362,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (options_.cursor && options_.tool) add_cursor(shown_at_, frame);
   hud_.visible = options_.hud;
   if (options_.hud) {
-    hud_.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
+    hud_.tool = tool_title(tool(), options_.language);
+    hud_.words = hud_words(options_.language);
     read_age_ += dt;
     if (dt <= 0 || read_age_ >= kDisplayInterval) {
       read_age_ = 0;
