@@ -13,9 +13,14 @@ display::HudWords hud_words(session::Language language) {
           .decimal = language == session::Language::kGerman ? ',' : '.'};
 }
 
+std::string short_number(double value, int digits, session::Language language) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  std::replace(text.begin(), text.end(), '.', hud_words(language).decimal);
+  return text;
+}
+
 std::string tool_title(const haptics::Tool& tool, session::Language language) {
-  std::string size = fmt::format("{:.2g}", tool.diameter / kMillimetre);
-  if (language == session::Language::kGerman) std::replace(size.begin(), size.end(), '.', ',');
+  const std::string size = short_number(tool.diameter / kMillimetre, 2, language);
   const std::string_view shape = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
   return fmt::format("{} {} mm", session::tool_text(tool.name.empty() ? shape : tool.name, language), size);
 }

@@ -25,6 +25,9 @@ std::string hud_text(session::Language language, std::string_view key, const Arg
 /// Units and decimal sign for the numbers of the text.
 display::HudWords hud_words(session::Language language);
 
+/// A number with at most `digits` significant digits, without trailing zeros, and with the language's decimal sign.
+std::string short_number(double value, int digits, session::Language language);
+
 /// Name and size of a tool: "Round bur 1.2 mm". A tool without a name is named by its shape.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 

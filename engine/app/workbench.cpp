@@ -441,7 +441,7 @@ std::string Workbench::Impl::hint() const {
       // The line has too little space for both the phase and all keys. The present phase is more important.
       parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
     } else {
-      if (pointer) parts.push_back(words("mouse", session::number_text(pointer->wheel_step() / kMillimetre, language)));
+      if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
       parts.insert(parts.end(), keys.begin(), keys.end());
     }
     if (loop.bearable_force > 0) {

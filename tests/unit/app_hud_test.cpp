@@ -48,7 +48,7 @@ Hud hud_in(Language language) {
   hud.speed_krpm = 300;
   hud.force = 1.25;
   hud.words = hud_words(language);
-  hud.hint = hud_text(language, "mouse", session::number_text(0.15, language));
+  hud.hint = hud_text(language, "mouse", short_number(0.15, 3, language));
   for (const char* key : {"undo", "view", "suction", "water", "suction_on", "water_off", "disk_low", "stop"})
     hud.hint.append(kHudGap).append(hud_text(language, key));
   return hud;

@@ -130,7 +130,7 @@ class Side {
     std::vector<std::string> parts;
     if (!name_.empty()) parts.push_back(name_);
     parts.push_back(fmt::format("{} / {} s", number(to_seconds(tick.t)), number(player_.end())));
-    parts.push_back(fmt::format("x{}", session::number_text(clock.speed, language_)));
+    parts.push_back(fmt::format("x{}", short_number(clock.speed, 3, language_)));
     if (clock.loop) parts.push_back(hud_text(language_, "loop"));
     if (clock.paused) parts.push_back(hud_text(language_, "paused"));
     parts.push_back(tool_title(tools[std::min<std::size_t>(tick.tool, tools.size() - 1)], language_));
