@@ -22,7 +22,7 @@ inline constexpr int kLineStep = 64;
 struct ModelLine {
   double frequency = 0;       // Hz, mean
   double amplitude = 0;       // mean; full scale is 1
-  LineNoise amplitude_noise;  // relative to the mean
+  LineNoise amplitude_noise;  // noise of the amplitude, relative to its mean
   LineNoise frequency_noise;  // Hz
 };
 

@@ -37,7 +37,8 @@ std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);    // X_HS, at the wrist's centre
+// returns X_HS, the pose of the wrist's centre
+Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip, position of the stylus tip
 /// Derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, rad or unit
 /// of scale).

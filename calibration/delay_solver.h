@@ -26,13 +26,14 @@ struct DelayResult {
   // s, standard deviation; if the motion does not determine the delay, the width of the search range
   double sigma = 0;
   bool ambiguous = false;
-  std::string reason;               // the reason for an ambiguous result, as one sentence
-  std::vector<double> candidates;   // s, all delays that explain the streams equally well, nearest to zero first
-  bool rich = false;                // the motion determines the delay to 0.1 ms
-  double skew = 0, skew_sigma = 0;  // relative excess rate of B's clock (1e-6 = 1 ppm); 0 if not significant
-  double reference_time = 0;        // s, time at which `delay` is valid
-  double delay_at_end = 0;          // s, delay at the last time in both recordings
-  double noise = 0;                 // m per axis, noise of the difference between the streams
+  std::string reason;              // the reason for an ambiguous result, as one sentence
+  std::vector<double> candidates;  // s, all delays that explain the streams equally well, nearest to zero first
+  bool rich = false;               // the motion determines the delay to 0.1 ms
+  // relative difference of the rate of clock B from clock A (1e-6 = 1 ppm); 0 if not significant
+  double skew = 0, skew_sigma = 0;
+  double reference_time = 0;  // s, time at which `delay` is valid
+  double delay_at_end = 0;    // s, delay at the last time in both recordings
+  double noise = 0;           // m per axis, noise of the difference between the streams
   Pose X_BA;  // pose of A's frame in B; its rotation is the identity unless the streams clearly need a rotation
   bool rotated = false;  // true if a rotation was needed
   int samples = 0;       // number of compared samples

@@ -68,7 +68,7 @@ struct RegistrationResult {
   double predicted_tre_rms = 0;  // m, root mean square over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  std::vector<Rival> rivals;  // largest first; if not empty, the pairs are ambiguous
+  std::vector<Rival> rivals;  // competing motions, largest group first; if not empty, the result is ambiguous
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 

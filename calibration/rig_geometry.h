@@ -26,7 +26,7 @@ struct MirrorPlane {
 struct EyePair {
   dvec3 center{0, 0.3, 0.4};
   double ipd = 0.063;
-  dvec3 right{1, 0, 0};  // unit, from the left eye to the right
+  dvec3 right{1, 0, 0};  // unit vector from the left eye to the right eye
   dvec3 left_eye() const { return center - 0.5 * ipd * right; }
   dvec3 right_eye() const { return center + 0.5 * ipd * right; }
 };

@@ -22,7 +22,7 @@ struct PanelResult {
   double width = 0, height = 0;  // m
   double width_sigma = 0, height_sigma = 0;
   std::array<double, 3> centre_sigma{};  // m
-  double tilt_sigma = 0;                 // rad, along the worst axis
+  double tilt_sigma = 0;                 // rad, standard deviation of the tilt about the worst axis
   double sigma = 0, rms = 0;             // m
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;  // m
@@ -35,8 +35,8 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 
 
 struct MirrorResult {
   MirrorPlane mirror;
-  double tilt_sigma = 0;    // rad, along the worst axis
-  double offset_sigma = 0;  // m, at the centre of the touches
+  double tilt_sigma = 0;    // rad, standard deviation of the tilt about the worst axis
+  double offset_sigma = 0;  // m, standard deviation at the centre of the touches
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;  // m

@@ -25,7 +25,7 @@ struct ContactInput {
 
   // Contact force of the last tick.
   double normal_force = 0;        // N
-  dvec3 normal{0};                // unit, out of the tissue
+  dvec3 normal{0};                // unit normal, pointing out of the tissue
   double relative_stiffness = 1;  // factor on the stiffness in the settings, from the tissue under the head
 
   // Limits of the removal in this tick.

@@ -156,7 +156,7 @@ class CutFront {
   bool known_ = false;
   bool along_axis_ = false;  // the last sweep was along the axis of a drill
   double way_ = 0;           // voxels, path length so far
-  Pose X_V_;                 // pose of the head, in voxels
+  Pose X_V_;                 // pose of the head in V, in voxels
 };
 
 }  // namespace typodont::haptics

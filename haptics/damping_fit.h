@@ -14,7 +14,7 @@ struct PushSample {
 
 struct DampingFit {
   double stiffness = 0;  // N/m
-  double damping = 0;    // N·s/m, along the push
+  double damping = 0;    // N·s/m, damping along the push
   double rms = 0;        // N, root mean square of the residuals
   int samples = 0;       // number of samples in contact
 };

@@ -18,7 +18,7 @@
 namespace typodont::haptics {
 
 struct HandOptions {
-  double rate = 1000;                 // Hz, for devices whose rate the program may choose
+  double rate = 1000;                 // Hz, rate for devices whose rate the program may choose
   bool paced = true;                  // false: scripts run as fast as possible
   Pose X_WH;                          // pose of the device's base in the workbench, from the rig
   Pose X_ST;                          // pose of the tool's head relative to the stylus
@@ -38,7 +38,7 @@ struct FoundDevice {
   std::string address;  // argument for --hand; empty for pedals
   std::string kind;     // "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
-  std::string node;        // /dev/…, or the name of the service
+  std::string node;        // device node /dev/…, or name of the service
   double force_limit = 0;  // N
   bool permitted = true;
   std::string mend;  // command or sentence that says how to repair the problem; empty: no problem

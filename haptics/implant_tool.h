@@ -24,9 +24,9 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
   // Cutting ability of the tool's voxels, 0 (none) to 1; it depends on the voxel's position
-  double end_ability = 0;     // ability at the end, farther than `centre_radius` from the axis
-  double centre_ability = 0;  // ability at the end, within `centre_radius` of the axis
-  double side_ability = 0;    // ability on the flank
+  double end_ability = 0;     // cutting ability at the end, farther than `centre_radius` from the axis
+  double centre_ability = 0;  // cutting ability at the end, within `centre_radius` of the axis
+  double side_ability = 0;    // cutting ability on the flank
   double centre_radius = 0;   // m, limit of the distance from the axis for `centre_ability`
   double greatest_grey = 0;   // Hounsfield units, limit: bone with a higher grey value stops the tool
   double thrust_ratio = 1;    // alpha of eq. (2): ratio of tangential to normal force of the teeth

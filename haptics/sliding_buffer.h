@@ -46,8 +46,8 @@ class SlidingBuffer {
     if (count != count_) assign(count, T{});
   }
 
-  /// Moves the start by `by` elements (negative: backwards). Element i is then the former element i + by; elements
-  /// without a former one have unspecified values. Copies no memory.
+  /// Moves the start by `by` elements (negative: backwards). After the call, element i is the element that had the
+  /// index i + by before. Elements whose index i + by did not exist have unspecified values. Copies no memory.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);

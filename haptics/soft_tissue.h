@@ -23,7 +23,7 @@ class SoftSurface {
  public:
   struct Point {
     dvec3 p_W{0};          // m
-    dvec3 n_W{0, 0, 1};    // unit, out of the tissue
+    dvec3 n_W{0, 0, 1};    // unit normal, pointing out of the tissue
     double area = 0;       // m²
     double thickness = 0;  // m, thickness of the layer below the point
   };

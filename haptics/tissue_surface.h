@@ -13,8 +13,8 @@ namespace typodont::haptics {
 
 /// One corner of a piece's triangles. All corners of a triangle name the same two tissues.
 struct SurfaceCorner {
-  glm::vec3 p{0};        // m, from the origin of the volume's frame
-  glm::vec3 n{0, 0, 1};  // unit, out of the tissue
+  glm::vec3 p{0};        // m, position relative to the origin of the volume's frame
+  glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kAir, Tissue::kAir};
   float second = 0;  // 0..1, fraction of tissue[1]; the border between the two tissues is drawn where this value is 0.5
 };

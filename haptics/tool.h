@@ -133,7 +133,7 @@ double near_reach(const Tool& tool);
 /// Sample points on the head, each with its part of the surface area; deterministic.
 struct HeadSample {
   dvec3 p_TQ;   // m
-  dvec3 n_T;    // unit, out of the head
+  dvec3 n_T;    // unit normal, pointing out of the head
   double area;  // m²
 };
 /// Samples the head's surface nearly evenly. For heads other than a ball, the fraction `near_end` of the samples lies

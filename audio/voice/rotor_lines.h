@@ -50,7 +50,7 @@ class RotorLines {
     int step;                              // device samples between two values of the line noises
     int since = 0;                         // number of samples since the last values
     std::uint32_t phase = 0;               // 2^-32 turns
-    double varies = 0, varies_next = 0;    // relative amplitude: the last value and the next value
+    double varies = 0, varies_next = 0;    // last and next value of the relative amplitude
     double wanders = 0, wanders_next = 0;  // Hz
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;
   };

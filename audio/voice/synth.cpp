@@ -22,7 +22,7 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-constexpr double kFastestSpeed = 2;  // limit, as a ratio to the free speed
+constexpr double kFastestSpeed = 2;  // limit of the speed, as a ratio to the free speed
 constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 // s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;

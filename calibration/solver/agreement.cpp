@@ -301,7 +301,7 @@ class Consensus {
     return fit;
   }
 
-  static constexpr double kArithmetic = 1e5;  // limit, as a multiple of the rounding error
+  static constexpr double kArithmetic = 1e5;  // limit of a residual, as a multiple of the rounding error
 
   Points p_H_, p_D_;
   std::size_t n_;

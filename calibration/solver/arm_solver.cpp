@@ -230,7 +230,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
         Eigen::Matrix3d lever;
         lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-        N.block(row, first + 3, 3, 3) = -lever * 10;  // per 0.1 rad, so that all columns have similar magnitudes
+        // derivative per 0.1 rad, so that all columns have similar magnitudes
+        N.block(row, first + 3, 3, 3) = -lever * 10;
       }
       row += 3;
     }

@@ -42,7 +42,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 struct Turn {
   Matrix3d R;
   explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
-    ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // column-major, as in Eigen
+    ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // R is column-major, as in Eigen
   }
   /// Derivative d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
   Matrix3d derivative(const Vector3d& p) const {

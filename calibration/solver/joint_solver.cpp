@@ -318,7 +318,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   const std::size_t blocks = model.blocks();
   std::vector<bool> used(blocks, true);
   std::vector<double> size(blocks);
-  double sigma[kKinds];  // m per residual component
+  double sigma[kKinds];  // m, standard deviation of a residual's component, for each kind of touch
   std::fill(sigma, sigma + kKinds, 2e-4);
   VectorXd x = VectorXd::Zero(n);
   Eigen::MatrixXd covariance;

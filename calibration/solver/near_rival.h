@@ -11,7 +11,7 @@
 namespace typodont::calibration {
 
 struct Split {
-  Pose X_first, X_second;                  // the motion with more pairs first
+  Pose X_first, X_second;                  // the two motions; X_first is the motion with more pairs
   std::vector<std::size_t> first, second;  // indices of pairs, ascending
   double sigma = 0;                        // m per axis, noise around the two motions
   double log_nfa = 0;  // logarithm of the expected number of equally good splits of one normal distribution

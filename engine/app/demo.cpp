@@ -9,6 +9,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/hud_text.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
@@ -58,9 +59,10 @@ void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const 
 }
 
 /// Describes the result of the work from the remaining tissue.
-std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before) {
+std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before, session::Language language) {
   constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
-  return fmt::format("done: {:.1f} % of the caries left", 100 * tissue.volumes()[kCaries] / before[kCaries]);
+  return hud_text(language, "caries_left",
+                  session::number_text(100 * tissue.volumes()[kCaries] / before[kCaries], 1, language));
 }
 
 std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
@@ -96,6 +98,7 @@ void run_demo(const DemoOptions& options) {
   PictureStage::Options look;
   look.quality = render::kQualityLadder[kFilmQuality];
   look.handpieces = scene.handpieces;
+  look.language = options.language;
   PictureStage stage(rig, scene.servo, look);
   const Surroundings around = make_surroundings(scene.surroundings);
   stage.surround(around);
@@ -172,9 +175,10 @@ void run_demo(const DemoOptions& options) {
       stage.show_gum(*gum);
     }
     using Phase = Student::Phase;
-    if (student.phase() == Phase::kAway && end.empty()) end = result_text(volume, header.volumes_before);
-    const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"
-                             : student.phase() == Phase::kDrill ? "removing caries"
+    if (student.phase() == Phase::kAway && end.empty())
+      end = result_text(volume, header.volumes_before, options.language);
+    const std::string hint = student.phase() == Phase::kExplore ? hud_text(options.language, "exploring")
+                             : student.phase() == Phase::kDrill ? hud_text(options.language, "removing")
                                                                 : end;
     stage.draw(tick, debris.particles(), 1 / options.fps, hint);
     const render::Picture screen = stage.screen();
@@ -197,7 +201,8 @@ void run_demo(const DemoOptions& options) {
   }
   stage.show(view.update(loop.carver()), volume.frame().origin);
   (void)loop.carver().volume();
-  write_pictures(stage, tick, {}, result_text(volume, header.volumes_before), options.out, "after", pictures, "After");
+  write_pictures(stage, tick, {}, result_text(volume, header.volumes_before, options.language), options.out, "after",
+                 pictures, "After");
   sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);

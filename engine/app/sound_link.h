@@ -77,7 +77,7 @@ class SoundLink {
   audio::TickVoice voice_;  // the voice that plays the ticks; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
-  std::atomic<double> spray_{0}, suction_{0};  // 0..1, for audio::SoundState
+  std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction, 0..1, for audio::SoundState
   Latest<Listener> listener_;
   // The rest is used only by the audio thread, and only with binaural sound.
   std::optional<audio::Binaural> ears_;

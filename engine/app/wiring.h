@@ -109,88 +109,89 @@ struct PictureTiming {
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
-  // SERVO → CARVER
+  // From SERVO to CARVER
   Ring<Cut> cuts_to_carver{1 << 14};
   Latest<ServoTick> tick_to_carver;
-  // CARVER → SERVO
+  // From CARVER to SERVO
   haptics::PatchExchange patch;
-  // SERVO → RENDER
+  // From SERVO to RENDER
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // SERVO → RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is
+  // From SERVO to RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is
   // rigid or if no window draws the gum
   std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
   std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
-  // UI → CARVER → UI
+  // From UI to CARVER, and the state of the tissue back to UI
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};
-  // CARVER → RECORDER
+  // From CARVER to RECORDER
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // CARVER → RENDER
+  // From CARVER to RENDER
   Ring<LoosePiece> pieces_to_debris{1 << 10};
-  // CARVER → RENDER
+  // From CARVER to RENDER
   Ring<MeshBatch*> bricks{256};
-  // CARVER → UI, if a headset draws instead of RENDER and an operator watches
+  // From CARVER to UI, if a headset draws instead of RENDER and an operator watches
   Ring<MeshBatch*> bricks_to_watch{256};
-  // CARVER → WATCH (live_views.h): copies of the tissue on request; the channel WATCH → UI is in LiveViews
+  // From CARVER to WATCH (live_views.h): copies of the tissue on request; the channel from WATCH to UI is in LiveViews
   Ring<haptics::TissueVolume*> copies_to_watch{4};
-  // CARVER → EXPERT (live_expert.h): copies of the tissue for planning, if an expert is the hand
+  // From CARVER to EXPERT (live_expert.h): copies of the tissue for planning, if an expert is the hand
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // RENDER (window) → SERVO, if the mouse is the hand
+  // From RENDER (window) to SERVO, if the mouse is the hand
   Latest<haptics::HandSample> pointer;
-  // UI → CARVER, if an instructor paints
+  // From UI to CARVER, if an instructor paints
   Ring<BrushMove> paint_to_carver{1 << 10};
-  // UI → SERVO
+  // From UI to SERVO
   Latest<SessionSettings> settings;
-  // SERVO → UI, if an operator watches
+  // From SERVO to UI, if an operator watches
   Ring<ServoTick> ticks_to_score{1 << 14};
-  // RECORDER → UI
+  // From RECORDER to UI
   Latest<RecordState> record_to_render;
-  // HEADSET (which draws instead of RENDER) → SERVO, if a controller is the hand; → RECORDER
+  // From HEADSET (which draws instead of RENDER) to SERVO, if a controller is the hand, and to RECORDER
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // RENDER → RECORDER
+  // From RENDER to RECORDER
   Ring<PictureTiming> pictures_to_recorder{1 << 12};
-  // SERVO → RECORDER
+  // From SERVO to RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
-  // SERVO → STREAM; null if the session is not published
+  // From SERVO to STREAM; null if the session is not published
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
-  // SERVO → RENDER: timing of the loop, heat of the motors
+  // From SERVO to RENDER: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // RENDER → RECORDER, after each change
+  // From RENDER to RECORDER, after each change
   Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // LEFT HAND → RENDER, RECORDER
+  // From LEFT HAND to RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
-  Latest<SuctionTip> suction_tip;  // published instead, if the hand holds the suction
-  // RENDER → RECORDER, after each change
+  Latest<SuctionTip> suction_tip;  // pose of the suction tip; published instead of the mirror if the hand holds the tip
+  // From RENDER to RECORDER, after each change
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   Latest<SeenFrom> head_to_sound;  // RENDER (a headset's thread) → application: the newest position of the eyes
-  // SERVO → AUDIO: this channel is a ring inside SoundLink
+  // From SERVO to AUDIO: this channel is a ring inside SoundLink
 
-  std::atomic<bool> copy_wanted{false};          // WATCH → CARVER
-  std::atomic<bool> expert_wants_copy{false};    // EXPERT → CARVER
-  std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes whenever the tissue changes
+  std::atomic<bool> copy_wanted{false};          // From WATCH to CARVER
+  std::atomic<bool> expert_wants_copy{false};    // From EXPERT to CARVER
+  std::atomic<std::uint64_t> tissue_version{0};  // From CARVER to WATCH: changes whenever the tissue changes
   std::atomic<std::uint32_t> saved{0},
-      not_saved{0};  // CARVER (its saving thread) → UI: number of successful and failed saves of the tissue
-  // RENDER → CARVER: voxels, largest distance of triangles from the surface (detail.h)
+      not_saved{0};  // From CARVER (its saving thread) to UI: number of successful and failed saves of the tissue
+  // From RENDER to CARVER: voxels, largest distance of triangles from the surface (detail.h)
   std::atomic<float> tolerance{0.1f};
   std::array<std::atomic<bool>, 2>
       tissue_in_sight{};  // RENDER, HEADSET → CARVER: a picture shows the tissue; otherwise nothing is meshed
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and end of the session
-  // RENDER (window) → SERVO: tool chosen by key; negative: the hand's own choice
+  // From RENDER (window) to SERVO: tool chosen by key; negative: the hand's own choice
   std::atomic<std::int32_t> chosen_tool{-1};
-  std::atomic<bool> held{false};  // RENDER → SERVO: the emergency stop is active; the drill is off until its release
-  std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
+  std::atomic<bool> held{
+      false};  // From RENDER to SERVO: the emergency stop is active; the drill is off until its release
+  std::atomic<std::uint32_t> newest_faults{0};  // From SERVO to RENDER
   std::atomic<Nanos> session_zero{
-      0};  // SERVO → LEFT HAND, RENDER, RECORDER: machine's clock (ns) at the session's zero; 0: not yet begun
+      0};  // From SERVO to LEFT HAND, RENDER, RECORDER: machine's clock (ns) at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};          // any thread → all: end the session
   std::atomic<bool> nothing_more{false};  // set after all others have ended → RECORDER: the rings contain all data
-  std::atomic<bool> servo_ended{false};   // SERVO → RENDER: the hand is disconnected or the script has ended
+  std::atomic<bool> servo_ended{false};   // From SERVO to RENDER: the hand is disconnected or the script has ended
 };
 
 }  // namespace typodont

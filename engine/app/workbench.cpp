@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
 #include "engine/app/headset/xr_session.h"
+#include "engine/app/hud_text.h"
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/magnify.h"
@@ -98,10 +98,10 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;        // last time at which the tool followed the hand, on the session's clock
-  std::string keys;          // help text about the hand and the keyboard, drawn below the picture
-  std::string told;          // text of say(), drawn instead of `keys` in a steered session
-  std::vector<int> pressed;  // keys pressed in the last step
+  Nanos followed = 0;             // last time at which the tool followed the hand, on the session's clock
+  std::vector<std::string> keys;  // help texts about the keyboard, drawn over the picture
+  std::string told;               // text of say(), drawn instead of `keys` in a steered session
+  std::vector<int> pressed;       // keys pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members
@@ -265,6 +265,7 @@ void Workbench::Impl::set_up() {
                                          .embedded = options.embedded,
                                          .cursor = pointer.has_value(),
                                          .monitor = options.monitor,
+                                         .language = options.language,
                                          .device = options.device},
                     s, above, hands.left != nullptr);
     if (s.draw && window) picture->open(*rig, summary.explanations);
@@ -316,12 +317,12 @@ void Workbench::Impl::start() {
   began = now();
   if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
-  keys += "Z, Y: undo, redo   ";
-  if (picture && !options.operated) keys += "V: view   ";
-  if (picture && picture->shows_debris()) keys += "A: suction   ";
-  if (picture && picture->has_spray()) keys += "W: water   ";
-  if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
-  if (implant) keys += "T: the phase's instrument   , .: slower, faster   B: backwards   ";
+  const session::Language language = options.language;
+  keys.push_back(hud_text(language, "undo"));
+  if (picture && !options.operated) keys.push_back(hud_text(language, "view"));
+  if (picture && picture->shows_debris()) keys.push_back(hud_text(language, "suction"));
+  if (picture && picture->has_spray()) keys.push_back(hud_text(language, "water"));
+  if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
   if (headset) headset->start(began);
 }
 
@@ -414,41 +415,48 @@ double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
-/// The line below the picture: the hand's functions, and the load of its motors.
+/// The text over the picture: the hand's functions, and the load of its motors.
 std::string Workbench::Impl::hint() const {
+  const session::Language language = options.language;
+  const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
+  const auto number = [&](double value, int decimals) { return session::number_text(value, decimals, language); };
   const LoopReport& loop = session->wiring.loop_to_render.front();
   const RecordState& record = session->wiring.record_to_render.front();
-  if (held) return "STOPPED: no drill, no force   R: continue";
-  if (hand_gone) return "the hand's device is disconnected: plug it in again";
-  if (caught() > 0)
-    return fmt::format(
-        "the tool is stuck in the tooth, {:.0f} mm from the hand: move the hand back to the tool, then out along the "
-        "path by which it went in   space or Esc: stop",
-        1e3 * caught());
-  if (options.steered) return told + "   space or Esc: stop";
-  std::string text = keys;
-  if (implant && picture && !options.operated) {
-    // The line has too little space for both the phase and the keys. The present phase is more important.
-    text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
-  } else if (pointer)
-    text = fmt::format(
-               "left button: drill   wheel: in and out by {:.3g} mm (Page up, down)   right button: tilt, middle: "
-               "upright   ",
-               pointer->wheel_step() / kMillimetre) +
-           text;
-  if (record.failed) {
-    text = "NOTHING MORE IS RECORDED   " + text;
-  } else if (!record.complete || record.disk_low) {
-    text = (record.complete ? "THE DISK IS ALMOST FULL   " : "THE RECORDING HAS GAPS   ") + text;
+  std::vector<std::string> parts;
+  if (held) {
+    parts = {words("stopped"), words("continue")};
+  } else if (hand_gone) {
+    parts = {words("hand_gone")};
+  } else if (caught() > 0) {
+    parts = {words("stuck", number(caught() / kMillimetre, 0)), words("stop")};
+  } else if (options.steered) {
+    parts = {told, words("stop")};
+  } else {
+    if (record.failed) {
+      parts.push_back(words("no_record"));
+    } else if (!record.complete || record.disk_low) {
+      parts.push_back(words(record.complete ? "disk_low" : "gaps"));
+    }
+    if (implant && picture && !options.operated) {
+      // The line has too little space for both the phase and all keys. The present phase is more important.
+      parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
+    } else {
+      if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
+      parts.insert(parts.end(), keys.begin(), keys.end());
+    }
+    if (loop.bearable_force > 0) {
+      parts.push_back(words("motors", number(100 * loop.heat, 0), number(loop.bearable_force, 1)));
+      if (!loop.armed) parts.push_back(words("not_armed"));
+    }
+    if (picture && picture->sucking()) parts.push_back(words("suction_on"));
+    if (picture && picture->has_spray() && !picture->spraying()) parts.push_back(words("water_off"));
+    if (picture && picture->ladder().changes() > 0) {
+      const std::string step = fmt::format("op.quality.{}", picture->ladder().step().name);
+      parts.push_back(words("quality", session::text(step, language)));
+    }
+    parts.push_back(words("stop"));
   }
-  if (loop.bearable_force > 0) {
-    text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
-                        loop.armed ? "" : "no force until the hand is free   ");
-  }
-  if (picture && picture->sucking()) text += "suction on   ";
-  if (picture && picture->has_spray() && !picture->spraying()) text += "water off   ";
-  if (picture && picture->ladder().changes() > 0) text += fmt::format("picture: {}   ", picture->ladder().step().name);
-  return text + "space or Esc: stop";
+  return fmt::format("{}", fmt::join(parts, kHudGap));
 }
 
 /// Executes the keys. 1 … 9: another tool of the set. Space or Esc: the emergency stop.
@@ -502,23 +510,24 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// State of an implant exercise and its problems: "Phase 4 of 16: …, 3.2 mm".
+/// State of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
 std::string Workbench::Impl::implant_line() const {
+  const session::Language language = options.language;
   const session::ImplantTask& task = *scene.implant;
   const std::size_t at = implant->phase();
-  if (at >= task.phases.size()) return "all phases are done   ";
-  const session::ImplantPhase& phase = task.phases[at];
-  std::string text = fmt::format("{}/{} {}: ", at + 1, task.phases.size(), phase.name.in(session::Language::kEnglish));
+  if (at >= task.phases.size()) return hud_text(language, "phases_done");
+  std::string text = fmt::format("{}/{} {}: ", at + 1, task.phases.size(), task.phases[at].name.in(language));
   if (implant->note() != session::ImplantNote::kNone) {
-    std::string said(
-        session::text(fmt::format("implant.note.{}", session::name_of(implant->note())), session::Language::kEnglish));
-    std::transform(said.begin(), said.end(), said.begin(), [](unsigned char c) { return std::toupper(c); });
-    text += said + "   ";
+    const std::string key = fmt::format("implant.note.{}", session::name_of(implant->note()));
+    text.append(session::text(key, language)).append("!").append(kHudGap);
   }
   const ImplantStatus status = implant_status();
-  return text + fmt::format("{:.1f} of {:.1f} mm, {} {:.0f} rpm{}   ", status.depth / kMillimetre,
-                            status.phase_depth / kMillimetre, haptics::tool_set(scene.servo)[tick.tool].name,
-                            status.speed / (2 * kPi / 60), settings.backwards ? " backwards" : "");
+  const auto number = [&](double value, int decimals) { return session::number_text(value, decimals, language); };
+  text += hud_text(language, "phase_depth", number(status.depth / kMillimetre, 1),
+                   number(status.phase_depth / kMillimetre, 1),
+                   session::tool_text(haptics::tool_set(scene.servo)[tick.tool].name, language),
+                   display::spindle_text(status.speed / kKrpm, hud_words(language)));
+  return settings.backwards ? fmt::format("{} {}", text, hud_text(language, "backwards")) : text;
 }
 
 /// Undo, redo and save: Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.

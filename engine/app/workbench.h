@@ -18,6 +18,7 @@
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
+#include "engine/session/strings.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont {
@@ -27,7 +28,7 @@ struct WorkbenchOptions {
   std::string hand;       // address of the hand; empty: the rig's value, otherwise the mouse if there is a window
   std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
   std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, for hands without a rate of their own
+  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
   std::string audio;      // address of the sound output; empty: a sound card if there is one
   bool binaural = false;  // two channels of sound for the trainee's ears, from where the tool is
   std::filesystem::path record;     // file of the recording; empty: no recording
@@ -43,6 +44,7 @@ struct WorkbenchOptions {
   bool save_at_end = true;     // true: the tissue is saved at the end and on request; false: only on request
   std::string trainee;         // the trainee's name, for the recording
   int monitor = -1;            // monitor for full screen; −1: a window
+  session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
   // Options of an experiment (engine/app/experiment/).
   // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); no picture shows the force

@@ -14,7 +14,7 @@ struct BenchRow {
   std::string name{};        // "slide on a sphere, median", "filter block float" …
   std::string knob{};        // the setting that trades error for time: "voxel 0.1 mm", "order 300"
   double error = kNone;      // error in `error_unit`; kNone: no reference value exists
-  std::string error_unit{};  // for example "degree, greatest"
+  std::string error_unit{};  // unit and kind of the error, for example "degree, greatest"
   double time_ns = kNone;    // ns, thread CPU time for one unit of `per`
   std::string per{};         // "tick", "query", "brick", "sample" …
   std::string baseline{};    // the method or the measured floor that `ratio` compares with; empty: no baseline

@@ -56,7 +56,7 @@ struct ServoTick {
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
   double pedal = 0;              // 0..1
   double depth = 0;              // m, |X_WG.p - X_WT.p|
-  dvec3 n_C_W{0, 0, 0};          // unit contact normal, out of the tissue; zero when the tool is free
+  dvec3 n_C_W{0, 0, 0};          // unit contact normal, pointing out of the tissue; zero if the tool has no contact
   double contact_area = 0;       // m², area of the head in contact with tissue
   PerTissue removed{};           // m³ removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
@@ -85,7 +85,7 @@ struct Cut {
   Pose X_WA, X_WB;         // head centre and orientation before and after the cut
   std::uint32_t tool = 0;  // index among the session's tools
   PerTissue removed{};     // m³ removed by this cut; negative for a filling
-  dvec3 n_C_W{0, 0, 0};    // unit, out of the tissue
+  dvec3 n_C_W{0, 0, 0};    // unit normal, pointing out of the tissue
   double spindle = 0;      // rad/s, signed about the tool's z
   double fill_radius = 0;  // m, radius of the filled ball; 0: this is a cut
 };

@@ -18,7 +18,7 @@ struct HandpieceRing {
 
 /// A tube along a path in the plane y = 0. Both ends are closed.
 struct HandpiecePart {
-  std::vector<HandpieceRing> rings;  // at least two rings; the first is next to the tool
+  std::vector<HandpieceRing> rings;  // at least two rings; the first ring is the one nearest to the tool
   bool smooth = false;               // true: a smooth curve through the rings; false: straight lines between them
   dvec3 color{0.75, 0.76, 0.78};     // sRGB; the reflectance of metal
   double roughness = 0.3;            // 0..1

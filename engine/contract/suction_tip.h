@@ -12,7 +12,7 @@ struct SuctionTip {
   Pose X_WS;
   double opening = 0;     // m, inner diameter; 0: no tip
   double wall = 0.5e-3;   // m
-  double slant = 0;       // rad, between the opening and the tube's cross-section
+  double slant = 0;       // rad, angle between the opening and the tube's cross-section
   double length = 70e-3;  // m
 };
 

@@ -55,7 +55,7 @@ struct FilmLedger {
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
   glm::vec3 p_W{0};      // m, point of the surface
-  glm::vec3 n_W{0};      // unit, out of the tissue
+  glm::vec3 n_W{0};      // unit normal, pointing out of the tissue
   double area = 0;       // m²
   double water = 0;      // m
   PerTissue solids{};    // m

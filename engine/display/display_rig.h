@@ -46,7 +46,7 @@ struct Mirror {
 struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, W, midpoint between the eyes
   double ipd = 0.063;           // m
-  dvec3 right{1, 0, 0};         // unit, from the left eye to the right
+  dvec3 right{1, 0, 0};         // unit vector from the left eye to the right eye
   std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
 };
 

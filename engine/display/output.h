@@ -26,7 +26,7 @@ struct HostPixels {
 
 /// The destination of a composed frame.
 struct Target {
-  HostPixels memory;  // if set, there is no image: the CPU composes into this memory after the eyes are drawn
+  HostPixels memory;  // if set, there is no Vulkan image; the CPU composes into this memory after the eyes are drawn
   VkImage image = VK_NULL_HANDLE;
   std::vector<VkImageView> layers;  // one view; two if the surface itself is stereo
   ivec2 size{0};

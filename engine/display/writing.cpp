@@ -24,16 +24,19 @@ constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14,
 // Lengths as multiples of half the picture's height.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
+// pixels, smallest height of the letters in a text with Chinese characters, whose strokes are closer together
+constexpr double kLeastChinese = 19;
+constexpr int kFirstChinese = 0x3000;  // smallest code of Chinese characters and punctuation
 constexpr std::string_view kGap = "   ";
 
 const font::Glyph* glyph(int code) {
-  for (const font::Glyph& g : font::kGlyphs)
-    if (g.code == code) return &g;
-  return nullptr;
+  const auto* const at = std::lower_bound(std::begin(font::kGlyphs), std::end(font::kGlyphs), code,
+                                          [](const font::Glyph& g, int wanted) { return g.code < wanted; });
+  return at != std::end(font::kGlyphs) && at->code == code ? at : nullptr;
 }
 
-/// Decodes the next UTF-8 character. Returns its glyph, or the glyph of '?' if the font lacks it.
-const font::Glyph& next(std::string_view text, std::size_t& i) {
+/// Decodes the UTF-8 character at byte i and moves i to the next character. Invalid bytes give '?'.
+int next_code(std::string_view text, std::size_t& i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   int code = byte(i++);
   if (code >= 0xc0) {
@@ -44,8 +47,19 @@ const font::Glyph& next(std::string_view text, std::size_t& i) {
     for (std::size_t k = 0; whole && k < more; ++k) code = code << 6 | (byte(i + k) & 0x3f);
     while (i < text.size() && (byte(i) & 0xc0) == 0x80) ++i;
   }
-  const font::Glyph* g = glyph(code);
+  return code;
+}
+
+/// Reads the next character. Returns its glyph, or the glyph of '?' if the font lacks it.
+const font::Glyph& next(std::string_view text, std::size_t& i) {
+  const font::Glyph* g = glyph(next_code(text, i));
   return g ? *g : *glyph('?');
+}
+
+bool has_chinese(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();)
+    if (next_code(text, i) >= kFirstChinese) return true;
+  return false;
 }
 
 double width_of(std::string_view text, double height) {
@@ -70,19 +84,49 @@ std::vector<std::string> broken_at(std::string_view gap, std::string_view text, 
   return lines;
 }
 
+/// Breaks `text` before Chinese characters into lines that are at most `most` wide. Punctuation stays on the line of
+/// the character before it.
+std::vector<std::string> broken_between_characters(std::string_view text, double most, double height) {
+  constexpr std::string_view kStays = "，。：；、！？）";
+  std::vector<std::string> lines(1);
+  for (std::size_t i = 0; i < text.size();) {
+    // The unit that may begin a line: a Chinese character with its punctuation, or a run of other characters.
+    const std::size_t from = i;
+    const bool chinese = next_code(text, i) >= kFirstChinese;
+    for (std::size_t end = i; i < text.size(); i = end) {
+      const int code = next_code(text, end);
+      const bool stays = kStays.find(text.substr(i, end - i)) != std::string_view::npos && code >= kFirstChinese;
+      if (!stays && (chinese || code >= kFirstChinese)) break;
+    }
+    const std::string_view unit = text.substr(from, i - from);
+    if (!lines.back().empty() && width_of(lines.back(), height) + width_of(unit, height) > most) lines.emplace_back();
+    lines.back().append(unit);
+  }
+  return lines;
+}
+
 std::vector<std::string> lines_of(std::string_view hint, double most, double height) {
   std::vector<std::string> lines;
   for (const std::string& line : broken_at(kGap, hint, most, height)) {
-    if (width_of(line, height) <= most)
+    if (width_of(line, height) <= most) {
       lines.push_back(line);
-    else
-      for (std::string& piece : broken_at(" ", line, most, height)) lines.push_back(std::move(piece));
+      continue;
+    }
+    for (const std::string& piece : broken_at(" ", line, most, height)) {
+      if (width_of(piece, height) <= most)
+        lines.push_back(piece);
+      else
+        for (std::string& part : broken_between_characters(piece, most, height)) lines.push_back(std::move(part));
+    }
   }
   return lines;
 }
 
 std::string force_text(const Hud& hud) {
-  return hud.force_shown ? fmt::format("{:.2f} N", hud.force) : "";
+  if (!hud.force_shown) return "";
+  std::string text = fmt::format("{:.2f} N", hud.force);
+  std::replace(text.begin(), text.end(), '.', hud.words.decimal);
+  return text;
 }
 /// Filled fraction of the force bar; it changes in steps smaller than a pixel on most screens.
 double force_fraction(const Hud& hud) {
@@ -211,11 +255,19 @@ class Painter {
 
 }  // namespace
 
-std::string spindle_text(double krpm) {
+std::string spindle_text(double krpm, const HudWords& words) {
   // krpm, limit: slower speeds are rounded to 10 rpm; implant drills and reamers are slower than this, turbines
   // always faster
   constexpr double kSlow = 10;
-  return krpm < kSlow ? fmt::format("{:.0f} rpm", 10 * std::round(100 * krpm)) : fmt::format("{:.0f} krpm", krpm);
+  const bool slow = krpm < kSlow;
+  return fmt::format(fmt::runtime(slow ? words.rpm : words.krpm),
+                     fmt::format("{:.0f}", slow ? 10 * std::round(100 * krpm) : krpm));
+}
+
+bool can_write(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();)
+    if (!glyph(next_code(text, i))) return false;
+  return true;
 }
 
 namespace {
@@ -246,9 +298,10 @@ double readable_letters(const DisplayRig& rig) {
 
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
-  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint, spindle_text(hud.speed_krpm),
-                     force_text(hud), force_fraction(hud), hud.aspect, hud.least_letters, hud.upright[0].x,
-                     hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x, place.y);
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint,
+                     spindle_text(hud.speed_krpm, hud.words), force_text(hud), force_fraction(hud), hud.aspect,
+                     hud.least_letters, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x,
+                     place.y);
 }
 
 std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
@@ -263,11 +316,12 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(place.x) / place.y;
   const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel is mounted on its side
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
-  const std::string speed = spindle_text(hud.speed_krpm), force = force_text(hud);
+  const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
   // The text height is proportional to the picture's height, but at least the readable minimum. The text is never wider
   // than the picture.
-  double h = std::max({kLetters, hud.least_letters, 2 * kLeastLetters / (turned ? place.x : place.y)});
+  const double least = has_chinese(hud.tool + speed + hud.hint) ? kLeastChinese : kLeastLetters;
+  double h = std::max({kLetters, hud.least_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
   h *= std::min(1.0, room / first_line(h));

@@ -6,24 +6,35 @@
 #include <glm/glm.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/display/display_rig.h"
 
 namespace typodont::display {
 
+/// Units and decimal sign of the numbers, in the user's language.
+struct HudWords {
+  std::string rpm = "{} rpm", krpm = "{} krpm";  // formats of a slow and of a fast spindle's speed
+  char decimal = '.';
+};
+
 /// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
-std::string spindle_text(double krpm);
+std::string spindle_text(double krpm, const HudWords& words = {});
+/// True if the font has all characters of `text` (UTF-8).
+bool can_write(std::string_view text);
 
 /// The values that the text shows.
 struct Hud {
   bool visible = false;
   std::string tool;  // "round 1.2 mm"
   double speed_krpm = 0;
-  bool force_shown = true;  // false: without the force and its bar, which would tell a blind experiment's stimuli apart
-  double force = 0;         // N
-  double force_limit = 5;   // N, force at the bar's end
-  std::string hint;         // parts separated by three spaces; lines break there
+  // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
+  bool force_shown = true;
+  double force = 0;        // N
+  double force_limit = 5;  // N, force at the bar's end
+  std::string hint;        // parts separated by three spaces; lines break there
+  HudWords words;
   double least_letters = 0;  // least height of the letters over half the picture's height: readable_letters()
   glm::dmat2 upright{1.0};   // result of display::upright()
   double aspect = 0;         // width / height of the physical picture; 0: derived from the pixels
@@ -51,9 +62,9 @@ class Writing {
 
   /// True if write() would change a pixel.
   bool differs(const Hud& hud, glm::ivec2 place) const { return shown(hud, place) != shown_; }
-  /// Lays out and draws the changed text for an eye's region of the given size. Letters are at least 13 pixels high and
-  /// as large as the picture allows; hints that are wider than the picture are broken into lines. Returns the boxes in
-  /// which a pixel may have changed since the last call.
+  /// Lays out and draws the changed text for an eye's region of the given size. Letters are at least 13 pixels high (19
+  /// pixels if the text contains Chinese characters) and as large as the picture allows. Hints that are wider than the
+  /// picture are broken into lines. Returns the boxes in which a pixel may have changed since the last call.
   std::vector<WritingBox> write(const Hud& hud, glm::ivec2 place);
   std::span<const Panel> panels() const { return panels_; }
 

@@ -28,8 +28,8 @@ namespace typodont::render {
 /// A vertex of a surface. The three corners of a triangle store the same two tissues. A sharp boundary between the
 /// tissues is drawn where the interpolated `second` equals one half.
 struct Vertex {
-  glm::vec3 p{0};        // m, relative to the mesh's origin
-  glm::vec3 n{0, 0, 1};  // unit, out of the tissue
+  glm::vec3 p{0};        // m, position relative to the mesh's origin
+  glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
   float second = 0;             // 0..1: fraction of tissue[1]
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
@@ -152,7 +152,7 @@ struct Lights {
   glm::dvec2 spot{0.15, 0.08};  // m, sides of the spot, the first one horizontal; at the sides half the light arrives
   double spot_border = 0.025;   // m, width of the border from full light to none
   double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
-  double lamp_distance = 0.7;   // m, from the working tooth
+  double lamp_distance = 0.7;   // m, distance of the lamp from the working tooth
   double ambient = 1.0;         // factor of the room's light
 };
 

@@ -36,8 +36,9 @@ struct FrameData {
   vec4 cursor_down;       // xyz: unit direction of the line
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog; z: 1 over the magnification
   vec4 handpiece[4];      // round cones that cast the handpiece's shadow: head a, b, body a, b; xyz: m; w: radius, m
-  vec4 lamp;              // x: half the lamp's width over its distance; y: width of the spot's soft border, m; zw: half
-                          // sizes of the spot, m
+  // x: half the lamp's width divided by its distance; y: width of the spot's soft border, m; zw: half the spot's width
+  // and height, m
+  vec4 lamp;
   vec4 lamp_middle;       // xyz: middle of the spot, m
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency

@@ -38,7 +38,7 @@ constexpr double kSmoothing = 0.25e-3;  // m, smoothing length for the margin
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
-  dvec3 n{0};              // unit, out of the tissue
+  dvec3 n{0};              // unit normal, pointing out of the tissue
   double area = 0;         // voxels²
   std::size_t inside = 0;  // index of an adjacent sample inside the tissue
 };

@@ -19,7 +19,7 @@ struct Preparation {
   DenseField ideal;            // the ideal result; empty: the task has no ideal
   std::vector<Tissue> tissue;  // labels at the start
   std::vector<bool> keep;      // voxels that must not be removed (a neighbouring tooth); may be empty
-  dvec3 axis_W{0, 0, 1};       // unit, out of the opening; the bur approaches, and a crown is placed, from this side
+  dvec3 axis_W{0, 0, 1};  // unit vector out of the opening; from this side the bur approaches, and a crown is placed
 };
 
 struct Place {
@@ -55,7 +55,7 @@ struct CavityMeasures {
   struct Cup {
     dvec3 center_W{0};  // m
     double radius = 0;  // m
-    dvec3 axis_W{0};    // unit, out of the opening: the mean of the new surface's normals
+    dvec3 axis_W{0};    // unit vector out of the opening; mean of the new surface's normals
   };
   std::optional<Cup> cup;            // sphere fitted to the new surface, for a reamed socket
   std::optional<double> cup_offset;  // m, distance between the centres of cup and ideal cup

@@ -23,7 +23,7 @@ struct TissueLabels {
 struct ResultModel {
   struct Vertex {
     glm::vec3 p_W{0};  // m
-    glm::vec3 n{0};    // unit, out of the tissue
+    glm::vec3 n{0};    // unit normal, pointing out of the tissue
     Tissue tissue = Tissue::kAir;
     float off = 0;  // m, distance from the ideal's surface; above 0: too much tissue remains, below 0: cut too deep
   };

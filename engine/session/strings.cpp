@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 
 #include "engine/session/page/catalogue.h"
 #include "engine/session/score.h"
@@ -517,7 +518,8 @@ constexpr Entry kCatalogue[] = {
 };
 
 const Entry* find(std::string_view key) noexcept {
-  for (const std::span<const Entry> part : {std::span<const Entry>(kCatalogue), operator_catalogue()}) {
+  for (const std::span<const Entry> part :
+       {std::span<const Entry>(kCatalogue), operator_catalogue(), hud_catalogue()}) {
     const auto it = std::find_if(part.begin(), part.end(), [&](const Entry& e) { return e.key == key; });
     if (it != part.end()) return &*it;
   }
@@ -532,6 +534,14 @@ std::optional<Language> language_named(std::string_view tag) noexcept {
   if (code == "de") return Language::kGerman;
   if (code == "zh") return Language::kChinese;
   return std::nullopt;
+}
+
+Language system_language() noexcept {
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value && *value) return language_named(value).value_or(Language::kEnglish);
+  }
+  return Language::kEnglish;
 }
 
 std::string_view tag_of(Language language) noexcept {
@@ -572,7 +582,8 @@ std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked) {
 std::vector<std::string_view> catalogue_keys() {
   std::vector<std::string_view> keys;
   for (const Entry& entry : kCatalogue) keys.push_back(entry.key);
-  for (const Entry& entry : operator_catalogue()) keys.push_back(entry.key);
+  for (const std::span<const Entry> part : {operator_catalogue(), hud_catalogue()})
+    for (const Entry& entry : part) keys.push_back(entry.key);
   return keys;
 }
 

@@ -14,6 +14,8 @@ inline constexpr int kLanguageCount = 3;
 
 /// Language for a tag: "en", "de", "zh", or a longer form as in LANG ("de_AT.UTF-8"). No value for other languages.
 std::optional<Language> language_named(std::string_view tag) noexcept;
+/// The language of the desktop (LC_ALL, LC_MESSAGES, LANG), or English.
+Language system_language() noexcept;
 /// BCP 47 tag, for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 

@@ -24,7 +24,7 @@ namespace typodont::surface {
 /// frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels
-  glm::vec3 normal{0};    // unit, out of the tissue; on a crease the normal of this triangle's side
+  glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
   // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
   // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.
   Tissue tissue[2]{};       // [0] <= [1]

@@ -15,8 +15,9 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// A hand slides on a ball. The methods: voxel penalty, queries of both orders, the servo, and the methods of other
-/// programs (penalty by OpenVDB's field, point proxy on an offset mesh). Single queries follow.
+/// Adds rows for a hand that slides on a ball. They compare the voxel penalty, queries of both interpolation orders,
+/// the servo, and methods of other programs (penalty by OpenVDB's field, point proxy on an offset mesh). Also adds rows
+/// for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// A hand drills into a block, with four heads. Measures ticks, cuts alone, and patches.
@@ -34,9 +35,9 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
 /// afterwards the hole is slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
-/// Sliding and drilling hands, by voxel size. Mean time per tick of the whole process (servo, carver, transfer of
-/// patches) and of the servo alone; the means include work that is done once in many ticks. Then quantiles and a
-/// histogram of the servo's time.
+/// Adds rows for sliding and drilling hands, by voxel size. They contain the mean time per tick of the whole process
+/// (servo, carver, transfer of patches) and of the servo alone, and quantiles and a histogram of the servo's time. The
+/// means include work that is done once in many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// A stroke of a ball along the surface, in steps. Measures the error of the volume, and the time per step.
@@ -48,7 +49,7 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// Times of a tick with soft tissue: pressing, cutting, and at rest.
 void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Missed deadlines while drilling at 10 kHz in real time.
+/// Adds rows for the deadlines that the servo misses while drilling at 10 kHz in real time.
 void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

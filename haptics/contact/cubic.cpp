@@ -25,7 +25,7 @@ struct Polynomials {
 
 /// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
 constexpr Polynomials weights() {
-  // coefficients in sixths
+  // coefficients of the cubic spline in sixths, by power of the fraction
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {

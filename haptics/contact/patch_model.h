@@ -10,7 +10,8 @@
 
 namespace typodont::haptics {
 
-/// Servo thread. The derived model cuts in patch_ and logs each cut.
+/// A contact model that computes in a dense patch of the tissue. The derived model cuts in patch_ and logs each cut.
+/// Servo thread.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;

@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// Sets the TLS model. In a shared library (libtypodont.so), the default model calls a function at each access.
+// Selects how the code accesses thread-local storage. In a shared library (libtypodont.so), the default access calls a
+// function each time.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 

@@ -12,8 +12,7 @@ namespace typodont::haptics {
 enum class ForceFilter {
   kNone,
   kSlew,    // Wang 2009: the force changes by at most δ per tick, in any direction
-  kStroke,  // simulator by vertex deformation: constant force during a stroke, unless the computed force differs too
-            // much
+  kStroke,  // vertex deformation: the force is constant during a stroke, until the computed force differs too much
 };
 
 inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {

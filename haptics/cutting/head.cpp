@@ -274,8 +274,8 @@ class HeadPass {
   }
 
   enum class Work { kNone, kLook, kRaise };  // kLook: the head recedes from the whole block
-  /// Fills `block`, unless no sample of the block can change within the next `ahead` of the head's motion. In that
-  /// case, `slack` is the smallest motion of the head after which a sample can change.
+  /// Fills `block` if a sample of the block can change while the head moves by `ahead`. Otherwise sets `slack` to the
+  /// smallest motion of the head after which a sample can change.
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);

@@ -197,10 +197,11 @@ struct HeadRows {
 
 /// Motion of the head relative to groups, evaluated at their middles.
 struct HeadSides {
-  float half, off;        // voxels: half length of a group, and upper bound of its component perpendicular to the axis
-  float across;           // voxels, upper bound of the motion's component perpendicular to the axis
-  float bend[3], turned;  // voxels; bend: difference of the motion between adjacent samples of a group; turned: upper
-                          // bound of this difference
+  float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
+  float across;     // voxels, upper bound of the motion's component perpendicular to the axis
+  // voxels; `bend`: difference of the motion between adjacent samples of a group; `turned`: upper bound of this
+  // difference
+  float bend[3], turned;
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
     const Straight& back = f.tops->back;

@@ -17,9 +17,9 @@ struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
-  float ux, uz, wx, wz;      // vectors from an arc's centre to its ends
-  float corner_a, corner_b;  // tan(φ/2), where φ is the angle between this piece's outward normal and the neighbour's
-                             // at their common corner
+  float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
+  // tan(φ/2); φ: angle between the normals of this piece and its neighbour at their common corner
+  float corner_a, corner_b;
 };
 // Limit of the kinds: a kind below this value is the index of a single smooth piece; any other kind is this value
 // plus a set of pieces

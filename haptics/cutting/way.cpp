@@ -145,7 +145,7 @@ struct Centres {
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // positions, relative to the first pose's base
+  F8 x, y, z;        // positions of the samples, relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest
@@ -259,7 +259,7 @@ struct WayBlock {
   }
   /// The plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Distance, voxels, of the plane's bound of a row below -kMargin, the smallest value that any sample has. If the
+  /// Difference between -kMargin, the smallest value of any sample, and the plane's bound of a row, in voxels. If the
   /// result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// The plane's upper bound of all depths in the block.

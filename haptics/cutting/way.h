@@ -64,7 +64,8 @@ struct PathMaxima {
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
-  float x[kRoom], y[kRoom], z[kRoom];  // voxels, relative to the base of the pose at the end
+  // voxels, positions of the samples, relative to the base of the motion's last pose
+  float x[kRoom], y[kRoom], z[kRoom];
   float* at[kRoom];
   std::uint8_t label[kRoom];
 

@@ -15,10 +15,10 @@ namespace typodont::haptics {
 class ReconnectingDevice : public HapticDevice {
  public:
   struct Options {
-    std::function<Nanos()> clock;            // empty: now()
-    std::function<void(Nanos)> sleep_until;  // empty: sleep_until()
+    std::function<Nanos()> clock;            // returns the present time; empty: now() is used
+    std::function<void(Nanos)> sleep_until;  // waits until a time; empty: the function sleep_until() is used
     std::chrono::milliseconds retry{500};
-    // ns of rest that are required of a device whose encoders count from the rest position
+    // ns, time for which a device must rest if its encoders count from the rest position
     Nanos rest = 2 * kNanosPerSecond;
   };
   /// `open` throws while the device is missing.

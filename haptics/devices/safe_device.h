@@ -61,7 +61,7 @@ class SafeDevice : public HapticDevice {
 
  private:
   void disarm(SafetyEvent event) noexcept;
-  void trip(SafetyEvent event) noexcept;  // also sends zero force at once
+  void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;
   void send_zero() noexcept;

@@ -12,11 +12,11 @@
 namespace typodont::haptics::importing {
 
 struct ArchSurface {
-  Mesh mesh;                // closed; the triangles face outward
-  std::size_t scanned = 0;  // number of the scan's triangles, including those that close holes; the base's triangles
-                            // follow them in the mesh
-  dvec3 up{0, 0, 1};        // unit, from the border to the surface
-  std::vector<std::string> repairs;  // what was repaired, in plain words
+  Mesh mesh;  // closed; the triangles face outward
+  // number of triangles of the scan and of its closed holes; the base's triangles follow in the mesh
+  std::size_t scanned = 0;
+  dvec3 up{0, 0, 1};                 // unit vector from the border to the surface
+  std::vector<std::string> repairs;  // repairs of the mesh, as texts for the user
 };
 
 /// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added under

@@ -315,8 +315,9 @@ class Crowns {
   std::optional<TriangleTree> skin_;    // the scan without its base
   std::optional<TriangleTree> closed_;  // the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  std::vector<bool> at_border_, covered_;  // for each triangle of the scan
-  std::vector<double> weights_;            // for each point
+  // for each triangle of the scan: true if it is at the border, true if it shows a crown
+  std::vector<bool> at_border_, covered_;
+  std::vector<double> weights_;  // for each point
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };

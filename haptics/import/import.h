@@ -45,8 +45,8 @@ struct ImportOptions {
   std::optional<double> voxel;    // m, voxel of the result; default: the scan's smallest spacing; for a mesh 0.1 mm
   std::optional<int> series;      // number of the DICOM series, if a folder contains several; as in the printed list
   std::optional<dvec3> spacing;   // m, spacing along the scan's own axes, instead of the spacing in the file
-  std::optional<double> surface_grey;  // grey value of the threshold between the surroundings and the softer tissue;
-                                       // default: from the histogram
+  // grey value, threshold between the surroundings and the softer tissue; default: from the histogram
+  std::optional<double> surface_grey;
   // grey value of the threshold between the softer and the denser tissue; default: from the histogram
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; default: from the histogram
@@ -70,7 +70,7 @@ struct ImportOptions {
 
 /// A nerve canal: a dark tube in the bone.
 struct JawCanal {
-  std::vector<dvec3> centre;  // m, in the file's coordinates
+  std::vector<dvec3> centre;  // m, points of the centre line in the file's coordinates
   double uncertainty = 0;     // m, standard deviation of the centres across the canal
 };
 

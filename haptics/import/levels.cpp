@@ -175,7 +175,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   // Grey values relative to water: lower limit of the brightest bone, upper limit of metal
   constexpr double kLeastBone = 300, kMost = 8000;
   constexpr double kLeastMass = 0.01;  // lower limit of each peak's size, as a fraction of all voxels
-  // kUsual: offsets of common scanners, most frequent first. kNear: tolerance.
+  // kUsual: Hounsfield units, offsets of common scanners, most frequent first. kNear: Hounsfield units, tolerance.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {

@@ -16,8 +16,7 @@ struct Levels {
   std::optional<double> dense;  // grey value of the denser tissue (enamel, cortical bone), if there are two tissues
   bool fixed_dense = false;     // the threshold between the two tissues was given, not found
   bool fixed_surround = false;  // thin layers on the tissue that are as bright as `outside` count as surroundings
-  double height = 0.5;  // height of the surface threshold between the grey values `outside` and `soft`, 0..1; 0.5
-                        // unless the user gave it
+  double height = 0.5;          // 0..1, position of the surface threshold between the grey values `outside` and `soft`
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units, if the scale is known
   double noise = 0;                  // standard deviation of the grey values in the surroundings
   double smoothed_noise = 0;         // standard deviation after smoothing

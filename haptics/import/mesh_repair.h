@@ -31,8 +31,8 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 /// Parts of a mesh that are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  std::vector<double> volume;  // m³, signed volume of each shell; for an open shell, the volume is computed as if it
-                               // were closed at its first point
+  // m³, signed volume of each shell; an open shell is closed at its first point to compute its volume
+  std::vector<double> volume;
   // Number of other shells that contain this shell completely; 0 if there are more than kMostNested shells
   std::vector<int> depth;
 };

@@ -45,7 +45,7 @@ class TriangleTree {
   /// Signed number of crossings of a ray: +1 where it leaves the mesh, −1 where it enters the mesh.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
-  std::vector<Triangle> triangles_;  // in the order of the leaves
+  std::vector<Triangle> triangles_;  // triangles in the order of the leaves
   std::vector<std::size_t> given_;   // index of each triangle in the list given to the constructor
   std::vector<Node> nodes_;
 };

@@ -150,7 +150,7 @@ class EditableMesh {
           }
     }
   }
-  /// A bounding ball of a face, as stored in the grid: m.
+  /// Centre of a ball around a face, m, as stored in the grid.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 

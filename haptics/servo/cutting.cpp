@@ -43,8 +43,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue; otherwise the debt would hold the bur
-                        // back
+    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue, so that the bur can move on
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }

@@ -74,8 +74,8 @@ struct Servo::State {
     Pose last_hand;
     // Orientation of the hand in the last input, and the same orientation normalised
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
-    double leap = 0;        // s left for following a jump of the input
-    double due_for = 0;     // s for which a new snapshot has been due
+    double leap = 0;        // s, remaining time in which the servo follows a jump of the hand's pose
+    double due_for = 0;     // s, time for which a new snapshot has been due
     bool idle = false;      // the last tick left no force and no contact state
     bool released = false;  // the model's release() was called after the last contact
     double room = 0;        // m, distance that a free tool may still move before the model is queried again
@@ -84,7 +84,7 @@ struct Servo::State {
   struct Cutting {
     double speed = 0;         // rad/s, free-running speed
     double phase = 0;         // rad, angle of the spindle
-    double budget = 0;        // J that may be spent; negative: tissue was removed in advance
+    double budget = 0;        // J, energy that may be spent; negative: tissue was removed in advance
     double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
     double wall_budget = 0;   // J, part of the budget that may be spent on the wall
     double spindle_work = 0;  // J, total work of cutting so far

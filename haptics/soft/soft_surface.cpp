@@ -126,7 +126,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  const double least_area = 0.1 * law.spacing * law.spacing;  // m², for points at the edge of the box
+  // m², lower limit of the area of a point, for points at the edge of the box
+  const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 
   std::vector<std::vector<Link>> links(points_.size());

@@ -20,7 +20,7 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes of address space, for the process and its libraries
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, limit of the address space of the process and its libraries
 constexpr std::uint64_t kMemoryPerByte = 200;     // bytes of address space per byte of the file
 constexpr std::uint64_t kMostMemory = 32ull << 30;
 constexpr std::uint64_t kOutputPerByte = 4096;  // bytes of output per byte of the file; a tissue volume needs less

@@ -41,11 +41,12 @@ constexpr Question kPlotted[] = {
      "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error is the angle between model force "
      "and exact force.",
      "direction", "slide", "direction", "rms", "direction error, degree rms"},
-    {"How accurate is the magnitude of the force?", "The same slide; the error is the relative error of the magnitude.",
-     "magnitude", "slide", "magnitude", "rms", "magnitude error, % rms"},
+    {"How accurate is the magnitude of the force?",
+     "In the same slide, the error is the relative error of the magnitude.", "magnitude", "slide", "magnitude", "rms",
+     "magnitude error, % rms"},
     {"Is the tool drawn inside the tissue?",
-     "The same slide; the largest depth of the drawn tool inside the exact shape.", "penetration", "slide",
-     "penetration", "greatest", "penetration, mm"},
+     "The figure is the largest depth of the drawn tool inside the exact shape during the same slide.", "penetration",
+     "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
      "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The volume lost by the "
      "tissue is compared with the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 "
@@ -129,7 +130,9 @@ struct Tabled {
 };
 constexpr Tabled kTabled[] = {
     {{"Does friction follow Coulomb's law?",
-      "The slide with friction; error of the ratio of tangential to normal force, relative to 0.15, in % rms. Sticking "
+      "The error of the slide with friction is that of the ratio of tangential to normal force, relative to 0.15, in % "
+      "rms. "
+      "Sticking "
       "counts as an error. In the groove the ball touches two walls, so there is no single normal.",
       "", "drag", "friction", "rms", ""},
      error_of},
@@ -164,8 +167,8 @@ constexpr Tabled kTabled[] = {
       "break-through", "force left", "", ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
-      "A ball moves through a sheet and stays at least 4 mm behind it. A hand escapes if no force then pushes it back; "
-      "% of the hands, for each thickness, with random places and directions.",
+      "A ball moves through a sheet and stays at least 4 mm behind it. A hand escapes if no force then pushes it back. "
+      "The table shows the percentage of such hands for each thickness, with random places and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
     {{"Do hands escape at 20 mm per tick?", "The same.", "", "escape", "hands of 20 mm a tick", "", ""}, error_of},
@@ -284,8 +287,9 @@ std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& 
 
 std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   std::string out =
-      "\n## Which model for which task\n\nThe model with the smallest figure among those whose tick takes at most 500 "
-      "µs (99.9 %) on these tissues and that do not fail. Figures are geometric means over the tissues.\n\n| task | "
+      "\n## Which model for which task\n\nThe best model has the smallest figure among the models that do not fail "
+      "and whose tick takes at most 500 µs (99.9 %) on these tissues. Figures are geometric means over the "
+      "tissues.\n\n| task | "
       "best model | figure | second | its figure |\n"
       "|---|---|---|---|---|\n";
   for (const Task& task : tasks()) {
@@ -340,28 +344,29 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
   std::string page = fmt::format(
       R"(# Contact models compared
 
-All contact models with the same tissue, the same hand and the same clock, compared with the exact solution.
+This page compares all contact models, with the same tissue, the same hand and the same clock, with the exact solution.
 Made by `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`); not typed by
 hand. Every figure is a row of [rows.csv]({0}/rows.csv), which also contains figures that are not shown here.
 
 - **Measured on**: {1}.
-- **Tissue**: ball of 8 mm; torus of 8 and 3 mm; box of 6 × 6 × 4 mm whose edges are crossed; sheet of 0.3 mm; groove of
-  60°, 2 mm deep; and the shipped molar (CT), lower arch (an open mesh) and hip socket (a mesh). Stiffness 1 N/mm,
-  specific energy 8 J/mm³, friction 0.15.
-- **Hand and clock**: a ball of 1.2 mm, 1 kHz. Sliding and tapping hands follow a prescribed path regardless of the
-  force, so all models get the same input bit for bit; without friction (except in the drag test) and without damper. The
-  drilling hand is a simulated mass. Hands that pass sheets and hostile hands are random with seed 1, so errors are
-  reproducible.
-- **Exact solution**: the position nearest to the hand at which a ball stays outside the exact shape, computed by
-  sequential quadratic programming in double precision (`haptics/bench/reference_contact.h`).
+- **Tissue**: the tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm whose edges are crossed, a
+  sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh) and hip
+  socket (a mesh). The stiffness is 1 N/mm, the specific energy 8 J/mm³ and the friction 0.15.
+- **Hand and clock**: the tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
+  path regardless of the force, so all models get the same input bit for bit. There is no friction (except in the drag
+  test) and no damper. The drilling hand is a simulated mass. Hands that pass sheets and hostile hands are random with
+  seed 1, so errors are reproducible.
+- **Exact solution**: the exact solution is the position nearest to the hand at which a ball stays outside the exact
+  shape. It is computed by sequential quadratic programming in double precision (`haptics/bench/reference_contact.h`).
 - **Model force and output force**: the model force is the model's result, before the servo's slew limit, force limit and
-  passivity controller; the output force is sent to the hand after them. Errors are those of the model force.
-- **Time**: CPU time of the servo's thread, the least of three passes for each tick. Memory and set-up time include tissue,
-  snapshots and model.
-- **Knobs**: voxel size for models with a field, number of spheres for `packing`, number of vertices for `mesh_lod`, voxel
-  size of the field from which the mesh is made for `vertex`. In plots each point is one setting; tables show the finest.
-  The meshes of arch and socket are used unchanged. Escape and hostile hands have one setting per model (0.1 mm,
-  10,000 spheres, 8,000 vertices).
+  passivity controller. The output force is the force that the servo sends to the hand. Errors are errors of the model
+  force.
+- **Time**: times are CPU times of the servo's thread, the least of three passes for each tick. Memory and set-up time
+  include tissue, snapshots and model.
+- **Setting**: the setting of a model is the voxel size for models with a field, the number of spheres for `packing`, the
+  number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is made. In plots,
+  each point is one setting. Tables show the finest setting. The meshes of arch and socket are used unchanged. Escape
+  and hostile hands have one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices).
 )",
       folder, machine);
   page += table_of_choice(figures);

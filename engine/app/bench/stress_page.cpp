@@ -34,24 +34,24 @@ struct Campaign {
 };
 constexpr Campaign kCampaigns[] = {
     {"hostile hand",
-     "hands in random motion with up to 0.2 m/s and 20 m/s² that rotate in all directions; half of them drill; the "
-     "force is limited to 8 N"},
+     "hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of them drill. The force "
+     "is limited to 8 N"},
     {"nonsense",
-     "the same hands, with invalid input in one tick of fifty: positions that are NaN, infinite or far away, jumps of "
-     "the hand, a clock that jumps back or forward by 3 s, undone strokes"},
+     "the same hands give invalid input in one tick of fifty. The input has positions that are NaN, infinite or far "
+     "away, jumps of the hand, a clock that jumps back or forward by 3 s, and undone strokes"},
     {"carver stalls",
-     "a hand slides, drills and taps while the carver's thread stalls for 50 ms to 3 s; the step is the largest force "
-     "step minus that of the same hand without a stall"},
+     "a hand slides, drills and taps while the carver's thread stalls for 50 ms to 3 s. The figure \"step\" is the "
+     "largest force step minus that of the same hand without a stall"},
     {"uneven clock",
-     "the same hands with tick periods that vary by ±20 % and ±50 %, and one tick of a hundred five times as long"},
+     "the same hands have tick periods that vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
     {"200 N",
-     "a hand of 1 kg presses a head of 20 mm on a ball of bone with 200 N, sliding and reaming; the stiffness is 60 "
-     "N/mm"},
+     "a hand of 1 kg presses a head of 20 mm on a ball of bone with 200 N while it slides and reams. The stiffness is "
+     "60 N/mm"},
     {"fast probe",
      "the tip of an explorer (0.25 mm) slides over a box's edges, a groove and the dental arch with 30, 60 and 120 "
      "mm/s, at a depth of half its radius"},
     {"thin wall",
-     "a ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick; a hand escapes if no force pushes it back "
+     "a ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand escapes if no force pushes it back "
      "behind the sheet"}};
 
 /// Known reason why a model does not survive a campaign. It is printed only if the model did not survive.
@@ -59,11 +59,11 @@ struct Cause {
   std::string_view campaign, model, why;
 };
 constexpr std::string_view kUnpaidLeap =
-    "the proxy stays above the sheet, but the hand did no work against the force during the jump; so the passivity "
+    "the proxy stays above the sheet, but the hand did no work against the force during the jump. So the passivity "
     "controller removes the force while the hand rests";
 constexpr std::string_view kFissures =
-    "on the arch only, with forces of 0.06 N: a scripted hand changes its direction at the fissures faster than the "
-    "passivity controller predicts";
+    "the model gives energy only on the arch, with forces of 0.06 N, because a scripted hand changes its direction at "
+    "the fissures faster than the passivity controller predicts";
 constexpr Cause kCauses[] = {
     {"thin wall", "offset", kUnpaidLeap},
     {"thin wall", "implant", kUnpaidLeap},
@@ -73,10 +73,10 @@ constexpr Cause kCauses[] = {
     {"fast probe", "voxel_penalty",
      "the springs are weaker with fewer than ten samples in contact, and a tip as small as a voxel has few samples"},
     {"carver stalls", "voxel_penalty",
-     "it knows no tissue outside its patch, and has no last contact plane that could hold the hand there"},
+     "the model has no tissue outside its patch, and no plane of a last contact that could hold the hand there"},
     {"fast probe", "packing",
-     "gaps between 10,000 spheres are as wide as the tip, which falls in; use more spheres, or another model for "
-     "explorers"}};
+     "gaps between 10,000 spheres are as wide as the tip, so the tip falls into them. Use more spheres, or another "
+     "model for explorers"}};
 
 template <class T, class Member>
 std::vector<std::string> distinct(const std::vector<T>& all, Member member) {
@@ -173,9 +173,8 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       "**Measured on**: {1}.\n\n"
       "![models in rows, campaigns in columns]({0}/map.svg)\n\n"
       "- **survives**: every figure is within its limit.\n"
-      "- **flawed**: the force is finite, within its limit, and holds the hand; but the model generates energy (more "
-      "than "
-      "1 nJ), has\n  force steps (0.25 N per tick more than without the disturbance), or has a large error.\n"
+      "- **flawed**: the force is finite, within its limit, and holds the hand. But the model generates energy (more "
+      "than 1 nJ), has\n  force steps (0.25 N per tick more than without the disturbance), or has a large error.\n"
       "- **falls**: the force is not finite or exceeds its limit, or the hand passes the tissue or feels no force in "
       "the "
       "tissue.\n\n## The campaigns\n\n",

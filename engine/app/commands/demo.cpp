@@ -5,6 +5,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/hud_text.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/contract/session_length.h"
 #include "haptics/contact_method.h"
@@ -14,6 +16,7 @@ namespace typodont {
 void add_demo_command(cli::Command& app) {
   auto options = std::make_shared<DemoOptions>();
   auto size = std::make_shared<std::string>();
+  auto language = std::make_shared<std::string>();
   cli::Command* command =
       app.add_command("demo", "A demonstration: a scripted hand removes the caries of a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
@@ -28,7 +31,10 @@ void add_demo_command(cli::Command& app) {
       ->show_default();
   command->add_option("--seconds", options->seconds, "stop after this session time")
       ->check(cli::range(0.1, kLongestSession));
-  command->callback([options, size] {
+  command->add_option("--language", *language,
+                      "language of the text over the picture: en, de or zh; otherwise the window's language");
+  command->callback([options, size, language] {
+    options->language = hud_language(user_language(*language));
     if (!size->empty()) options->eye_size = parse_size(*size);
     run_demo(*options);
   });

@@ -16,6 +16,8 @@
 #include "engine/app/experiment/live_subject.h"
 #include "engine/app/experiment/simulated_subject.h"
 #include "engine/app/experiment/trial_log.h"
+#include "engine/app/hud_text.h"
+#include "engine/app/operator/library.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -31,7 +33,7 @@ constexpr double kMostDelay = 300;     // ms, limit of the force's delay
 constexpr double kMostStiffness = 10;  // N/mm, limit of the stiffness
 
 struct Options {
-  std::string input, out, page, subject, hand, staircase = "2-down-1-up";
+  std::string input, out, page, subject, hand, language, staircase = "2-down-1-up";
   std::string question = "stiffness";
   std::vector<std::string> models;
   std::optional<double> reference, start, observer;
@@ -139,6 +141,7 @@ void run_live(const Options& options, const Scene& scene, Experiment& experiment
   live.workbench = options.workbench;
   live.workbench.hand = options.hand;
   live.workbench.rate = options.rate;
+  live.workbench.language = hud_language(user_language(options.language));
   live.question = experiment.plan().question;
   live.seconds = options.seconds;
   if (live.question == Question::kDelay) live.most_delay = kMostDelay * 1e-3;
@@ -146,8 +149,7 @@ void run_live(const Options& options, const Scene& scene, Experiment& experiment
   while (!experiment.over()) {
     const Trial& trial = experiment.trial();
     const std::optional<LiveSubject::Given> given =
-        subject.ask(trial, fmt::format("{} of {}{}", trial.number, live.question == Question::kModel ? "" : "at most ",
-                                       experiment.plan().trials));
+        subject.ask(trial, fmt::format("{} / {}", trial.number, experiment.plan().trials));
     if (!given) break;
     experiment.answer(given->answer, given->seconds);
     log.answered = experiment.answered();
@@ -232,6 +234,7 @@ void add_experiment_command(cli::Command& app) {
   WorkbenchOptions& w = o.workbench;
   command->add_option("--rig", w.rig, "as of run");
   command->add_option("--audio", w.audio, "as of run");
+  command->add_option("--language", o.language, "as of run");
   command->add_flag("--no-real-time", w.no_real_time, "as of run");
   command->add_flag("--json", o.json, "print the result as JSON");
   command->callback([options, command] {
@@ -239,11 +242,11 @@ void add_experiment_command(cli::Command& app) {
     if (trials && options->out.empty()) throw Error("--out", "", "none", "a file for the trials (.csv)");
     command->refuse_without(
         {"--out", "--subject", "--question", "--models", "--reference", "--start", "--staircase", "--trials", "--turns",
-         "--seed", "--observer", "--hand", "--rate", "--seconds", "--rig", "--audio", "--no-real-time"},
+         "--seed", "--observer", "--hand", "--rate", "--seconds", "--rig", "--audio", "--language", "--no-real-time"},
         trials, "a scene");
     command->refuse_without({"--bias", "--lapse"}, options->observer.has_value(), "--observer");
-    command->refuse_without({"--seconds", "--rig", "--audio", "--no-real-time"}, !options->observer.has_value(),
-                            "a person");
+    command->refuse_without({"--seconds", "--rig", "--audio", "--language", "--no-real-time"},
+                            !options->observer.has_value(), "a person");
     run(*options);
   });
 }

@@ -11,6 +11,8 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/hud_text.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
@@ -40,7 +42,7 @@ using nlohmann::ordered_json;
 
 struct Options {
   std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
-  std::string view = "look", plane, ideal, volume;
+  std::string view = "look", plane, ideal, volume, language;
   double at = 0, magnify = 0;
   bool json = false, hud = false, validate = false, geometry = false, finished = false;
 };
@@ -241,6 +243,7 @@ void run(const Options& options) {
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
   stage_options.hud = options.hud;
+  if (options.hud) stage_options.language = hud_language(user_language(options.language));
   stage_options.handpieces = scene.handpieces;
   // the file contains only the tool, without a handpiece
   if (options.geometry) stage_options.handpieces.shown = false;
@@ -391,9 +394,14 @@ void add_render_command(cli::Command& app) {
   command->add_flag("--geometry", options->geometry,
                     "also write geometry.ply: the triangles of the picture, for another renderer");
   command->add_flag("--hud", options->hud, "also draw text");
+  command->add_option("--language", options->language,
+                      "language of this text: en, de or zh; otherwise the window's language");
   command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
   command->add_flag("--json", options->json, "print frame.json on standard output too");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    command->refuse_without({"--language"}, options->hud, "--hud");
+    run(*options);
+  });
 }
 
 }  // namespace typodont

@@ -11,6 +11,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/hud_text.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/review/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
@@ -25,7 +27,7 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string session, with, out, eye, key;
+  std::string session, with, out, eye, key, language;
   double ipd = 0;
   PlaybackOptions playback;
   bool check = false, json = false, show = false;
@@ -204,14 +206,17 @@ void add_replay_command(cli::Command& app) {
                       "replay the hand with other settings: a JSON file or object with the changed keys of the scene");
   command->add_option("--out", options->out, "the session that --with makes (.h5)")
       ->check(cli::writes({FileKind::kSession}));
+  command->add_option("--language", options->language,
+                      "language of the text over the picture: en, de or zh; otherwise the window's language");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, command] {
     const bool film = !options->playback.film.empty();
-    command->refuse_without(
-        {"--beside", "--rig", "--eye-mm", "--ipd-mm", "--magnify", "--from", "--to", "--speed", "--loop", "--view"},
-        options->show || film, "--show or --film");
+    command->refuse_without({"--beside", "--rig", "--eye-mm", "--ipd-mm", "--magnify", "--from", "--to", "--speed",
+                             "--loop", "--view", "--language"},
+                            options->show || film, "--show or --film");
     command->refuse_without({"--monitor"}, options->show, "--show");
     command->refuse_without({"--fps"}, film, "--film");
+    if (options->show || film) options->playback.language = hud_language(user_language(options->language));
     run(*options);
   });
 }

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
@@ -30,19 +30,6 @@ struct Options {
   std::vector<std::string> pictures;
   bool json = false, verify = false;
 };
-
-session::Language language_of(const std::string& wanted) {
-  if (!wanted.empty()) {
-    const auto language = session::language_named(wanted);
-    if (!language) throw Error("--language", "", wanted, "en, de or zh");
-    return *language;
-  }
-  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
-    const char* value = std::getenv(name);
-    if (value && *value) return session::language_named(value).value_or(session::Language::kEnglish);
-  }
-  return session::Language::kEnglish;
-}
 
 /// Writes the learning curve for a folder of sessions.
 void run_folder(const Options& options, session::Language language) {
@@ -116,12 +103,12 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
 void run(const Options& options) {
   using namespace session;
   std::error_code code;
-  if (std::filesystem::is_directory(options.session, code)) return run_folder(options, language_of(options.language));
+  if (std::filesystem::is_directory(options.session, code)) return run_folder(options, user_language(options.language));
   if (!options.key.empty()) require_signature(options.session, options.key);
   if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
   const SessionReader reader(options.session);
   require_output(options.out, FileKind::kPage);
-  const Language language = language_of(options.language);
+  const Language language = user_language(options.language);
   std::vector<SessionPicture> pictures;
   for (const std::string& argument : options.pictures) {
     const auto equals = argument.find('=');
@@ -220,7 +207,7 @@ void add_report_command(cli::Command& app) {
   command->add_option("--out", options->out, "The page to write (.html)")
       ->required()
       ->check(cli::writes({FileKind::kPage}));
-  command->add_option("--language", options->language, "en, de or zh; otherwise as the system's");
+  command->add_option("--language", options->language, "en, de or zh; otherwise the window's language");
   command->add_option(
       "--picture", options->pictures,
       "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");

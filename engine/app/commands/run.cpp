@@ -8,6 +8,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/hud_text.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
@@ -21,7 +23,7 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string scene, resume, model;
+  std::string scene, resume, model, language;
   WorkbenchOptions workbench;
   bool json = false;
 };
@@ -141,6 +143,8 @@ void add_run_command(cli::Command& app) {
   command->add_option("--stream-rate", w.stream_rate, "rate of the streamed states, Hz")
       ->check(cli::range(1.0, 1000.0))
       ->show_default();
+  command->add_option("--language", options->language,
+                      "language of the text over the picture: en, de or zh; otherwise the window's language");
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
       ->check(cli::from_zero());
   command
@@ -162,6 +166,7 @@ void add_run_command(cli::Command& app) {
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options, command] {
     command->refuse_without({"--stream-rate"}, !options->workbench.stream.empty(), "--stream");
+    options->workbench.language = hud_language(user_language(options->language));
     run(*options);
   });
 }

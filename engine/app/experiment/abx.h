@@ -28,7 +28,7 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
 
 struct AbxResult {
   int trials = 0, right = 0;
-  Estimate fraction;  // of right answers, with its 95 % interval
+  Estimate fraction;  // fraction of right answers, with its 95 % interval
   double chance = 1;  // probability of a result this far from half if the listener hears no difference
 };
 AbxResult judge(const AbxKey& key, const std::vector<bool>& said_b);

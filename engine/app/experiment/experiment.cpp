@@ -49,10 +49,8 @@ std::string_view name_of(Question question) {
 std::string_view unit_of(Question question) {
   return question == Question::kModel ? "" : question == Question::kDelay ? "ms" : "%";
 }
-std::string_view words_of(Question question) {
-  constexpr std::array<std::string_view, 4> kWords{"Which was stiffer?", "Which was stronger?",
-                                                   "Where did the force come later?", "Which was stiffer?"};
-  return kWords[static_cast<std::size_t>(question)];
+std::string_view words_of(Question question, session::Language language) {
+  return session::text(fmt::format("hud.which.{}", name_of(question)), language);
 }
 
 Experiment::Experiment(const ExperimentPlan& plan) : plan_(plan), staircase_(plan.rule), random_(plan.seed) {
@@ -83,7 +81,7 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  double lesser = 0, greater = 1;  // for models: indices of the models
+  double lesser = 0, greater = 1;  // the two stimuli; for the question kModel: indices of the models
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];
   } else {

@@ -14,6 +14,7 @@
 
 #include "engine/app/experiment/psychometric.h"
 #include "engine/app/experiment/staircase.h"
+#include "engine/session/strings.h"
 
 namespace typodont {
 
@@ -23,7 +24,7 @@ std::string_view name_of(Question question);
 /// Unit of the difference: "%" or "ms"; empty for models.
 std::string_view unit_of(Question question);
 /// The question in words, for example "Which was stiffer?"
-std::string_view words_of(Question question);
+std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
 
 /// One of the two stimuli of a trial, as changes of the scene.
 struct Stimulus {

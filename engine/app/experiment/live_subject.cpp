@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "engine/app/hud_text.h"
 #include "engine/base/clock.h"
 #include "engine/base/log.h"
 #include "engine/display/keys.h"
@@ -64,10 +65,10 @@ struct LiveSubject::Impl {
     options.workbench.most_delay = options.most_delay;
   }
 
-  /// Writes a line in the window and on the terminal.
-  void say(const std::string& line) {
-    bench->say(line);
-    log::info("{}", line);
+  /// Writes a text of the catalogue in the window, and in English on the terminal.
+  void say(std::string_view key, const std::string& value = {}) {
+    bench->say(hud_text(options.workbench.language, key, value));
+    log::info("{}", hud_text(session::Language::kEnglish, key, value));
   }
 
   void open(const std::string& wanted) {
@@ -90,14 +91,14 @@ struct LiveSubject::Impl {
       const ServoTick tick = bench->status().tick;
       if (tick.depth > 0 || tick.f_T_W != dvec3(0)) {
         since = now();
-        if (!told) say("lift the tool off the tissue");
+        if (!told) say("lift");
         told = true;
       }
       if (to_seconds(now() - since) >= kFree && tick.index > 0) return true;
     }
   }
 
-  bool show(const Stimulus& stimulus, const std::string& line) {
+  bool show(const Stimulus& stimulus, std::string_view key, const std::string& trial) {
     open(stimulus.model);
     if (!wait_until_free()) return false;
     SessionSettings settings = bench->settings();
@@ -105,11 +106,20 @@ struct LiveSubject::Impl {
     settings.force_fraction = stimulus.force_fraction;
     settings.force_delay = from_seconds(stimulus.delay);
     bench->set(settings);
-    say(line);
+    say(key, trial);
     const Nanos began = now();
     while (to_seconds(now() - began) < options.seconds)
       if (!bench->step()) return false;
     return true;
+  }
+
+  /// Asks the question in the window, and in English on the terminal.
+  void ask() {
+    const auto question = [&](session::Language language) {
+      return fmt::format("{}{}{}", words_of(options.question, language), kHudGap, hud_text(language, "answer"));
+    };
+    bench->say(question(options.workbench.language));
+    log::info("{}", question(session::Language::kEnglish));
   }
 
   std::optional<Given> wait_for_answer() {
@@ -135,11 +145,10 @@ LiveSubject::LiveSubject(const Scene& scene, const Options& options) : impl_(std
 LiveSubject::~LiveSubject() = default;
 
 std::optional<LiveSubject::Given> LiveSubject::ask(const Trial& trial, const std::string& of) {
-  constexpr std::array<const char*, 2> kPlaces{"FIRST", "SECOND"};
+  constexpr std::array<std::string_view, 2> kTexts{"feel_first", "feel_second"};
   for (std::size_t i = 0; i < 2; ++i)
-    if (!impl_->show(trial.stimuli[i], fmt::format("Trial {}: feel the {}", of, kPlaces[i]))) return std::nullopt;
-  impl_->say(fmt::format("{}   left arrow, or 1 and Enter: the first   right arrow, or 2 and Enter: the second",
-                         words_of(impl_->options.question)));
+    if (!impl_->show(trial.stimuli[i], kTexts[i], of)) return std::nullopt;
+  impl_->ask();
   return impl_->wait_for_answer();
 }
 

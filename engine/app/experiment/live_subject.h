@@ -29,7 +29,7 @@ class LiveSubject {
 
   struct Given {
     Answer answer;
-    double seconds;  // s, from the question to the answer
+    double seconds;  // s, time from the question to the answer
   };
   /// Presents both stimuli and asks for the answer. Returns an empty optional if the session ended. `of`: the number
   /// of the trial as text, for example "12 of at most 100".

@@ -13,7 +13,7 @@ namespace typodont {
 struct GuideOptions {
   std::filesystem::path rig;   // rig file; its screen and mirror determine how the prompts are drawn
   std::string hand;            // address; empty: touches come only from standard input
-  std::string pedal = "auto";  // as in haptics::HandOptions, or "none"
+  std::string pedal = "auto";  // address of the pedal, as in haptics::HandOptions, or "none"
   bool fast = false;           // true: scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;
   bool window = true;             // opens a window, if there is a hand, a desktop and a build with windows

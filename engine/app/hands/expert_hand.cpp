@@ -49,9 +49,10 @@ struct Lead {
   static constexpr double steady_gain = 1.5;
   static constexpr double scrape_gain = 30;           // gain of an edge in soft filling
   static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
-  // The lead of a cut is limited. The limit is adjusted until the push equals the wanted force, because the lead for
-  // a force depends on the tissue. Forces are given as fractions of the task's mean force, lengths as fractions of
-  // the lead for that force. `rough_force` is used for the bulk if another tool makes the finish.
+  // The lead of a cut, which is the distance of the hand ahead of its tool, is limited. The limit is adjusted until the
+  // push equals the wanted force, because the lead for a force depends on the tissue. Forces are fractions of the
+  // task's mean force. Lengths are fractions of the lead for the mean force. `rough_force` is used for the bulk of the
+  // tissue if another tool makes the finish.
   static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the limit
@@ -107,7 +108,8 @@ struct ToolChoice {
   // tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: widths that differ by less count as equal
-  // threshold: a tool that leaves less than this fraction of the other tool's remainder makes the finish instead
+  // Threshold, as a ratio of remaining volumes: if another tool leaves less than this fraction of the volume that the
+  // chosen tool leaves, the other tool makes the finish.
   static constexpr double hardly_less = 0.7;
   // The next tool must leave less than the fraction needed_reduction of the present error, and must reduce it by at
   // least the fraction least_gain of the error at the task's start.

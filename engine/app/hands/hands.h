@@ -19,7 +19,7 @@ struct HandChoice {
   std::string hand;       // address of the hand; empty: the rig's value, otherwise the display's default
   std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
   std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, for hands without a rate of their own
+  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
   std::vector<std::string> tools;  // names of the session's tools, for scripts
 };
 

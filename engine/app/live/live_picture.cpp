@@ -21,7 +21,7 @@ constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between searches for changed bricks, with software rendering
 constexpr Nanos kBriefWait = 4'000'000;               // ns between checks for motion
 constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a free viewpoint
-constexpr int kImplantSections = 2;                   // number of sections: along the arch, across it
+constexpr int kImplantSections = 2;                   // number of sections; one is along the arch, the other across it
 // A section follows the drill in steps of at least this size.
 constexpr double kSectionTurns = 0.02;    // rad, step of rotation
 constexpr double kSectionMoves = 0.1e-3;  // m, step of translation
@@ -79,6 +79,7 @@ void LivePicture::make(gpu::Device* device) {
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;
+  look.language = options_.language;
   look.quality = ladder_.step();
   look.handpieces = scene_.handpieces;
   stage_.emplace(*rig_, shown_, look);

@@ -24,12 +24,13 @@ namespace typodont {
 class LivePicture {
  public:
   struct Options {
-    bool operated = false;          // the operator's window shows the texts of the session
-    bool steered = false;           // an experiment asks about the force, so the force is not shown
-    bool embedded = false;          // the picture is shown in the operator's window instead of a window of its own
-    bool cursor = false;            // draws a cursor in space, for a hand that is visible only on the screen
-    int monitor = -1;               // monitor for full screen; -1: a window
-    gpu::Device* device = nullptr;  // the operator's device; null: create one
+    bool operated = false;  // the operator's window shows the texts of the session
+    bool steered = false;   // an experiment asks about the force, so the force is not shown
+    bool embedded = false;  // the picture is shown in the operator's window instead of a window of its own
+    bool cursor = false;    // draws a cursor in space, for a hand that is visible only on the screen
+    int monitor = -1;       // monitor for full screen; -1: a window
+    session::Language language = session::Language::kEnglish;  // language of the text over the picture
+    gpu::Device* device = nullptr;                             // the operator's device; null: create one
   };
   /// Draws nothing yet. `above`: m, W, initial position of the tool; `left_hand`: a second hand holds the mouth
   /// mirror. The scene and the session must outlive this object.

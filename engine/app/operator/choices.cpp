@@ -1,7 +1,6 @@
 #include "engine/app/operator/choices.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "engine/app/operator/library.h"
 #include "engine/base/realtime.h"
@@ -19,14 +18,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.chinese = can_show(session::Language::kChinese);
   const Remembered r = remembered();
   s_.first_run = !r.any;
-  session::Language wanted = session::Language::kEnglish;
-  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
-    const char* value = std::getenv(name);
-    if (!value || !*value) continue;
-    wanted = session::language_named(value).value_or(wanted);
-    break;
-  }
-  set_language(session::language_named(r.language).value_or(wanted));
+  set_language(session::language_named(r.language).value_or(session::system_language()));
   r.trainee.copy(s_.trainee.data(), s_.trainee.size() - 1);
   s_.record = r.record;
   s_.monitor = r.monitor;

@@ -62,6 +62,7 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
                                     "--hand",     hand.address.empty() ? s.address.data() : hand.address,
                                     "--out",      found->log.string(),
                                     "--page",     found->page.string(),
+                                    "--language", std::string(session::tag_of(s.language)),
                                     "--json"};
   if (!found->person.empty()) words.insert(words.end(), {"--subject", found->person});
   if (found->question == kModelQuestion)

@@ -49,12 +49,6 @@ fs::path memory_file() {
 
 }  // namespace
 
-std::string tool_title(const haptics::Tool& tool, session::Language language) {
-  std::string size = fmt::format("{:.2g}", tool.diameter / kMillimetre);
-  if (language == session::Language::kGerman) std::replace(size.begin(), size.end(), '.', ',');
-  return fmt::format("{} {} mm", session::tool_text(tool.name, language), size);
-}
-
 std::string file_name_of(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -180,6 +174,15 @@ fs::path temporary_recording_file() {
   // the file was left by an earlier session of this window; a file that was read cannot be overwritten
   fs::remove(file, code);
   return file;
+}
+
+session::Language user_language(const std::string& wanted) {
+  if (!wanted.empty()) {
+    const auto language = session::language_named(wanted);
+    if (!language) throw Error("--language", "", wanted, "en, de or zh");
+    return *language;
+  }
+  return session::language_named(remembered().language).value_or(session::system_language());
 }
 
 Remembered remembered() {

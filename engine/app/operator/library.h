@@ -17,8 +17,6 @@ std::filesystem::path made_picture(const std::filesystem::path& scene);
 /// The shipped scenes, then the user's scenes, sorted by name. A scene that cannot be read is listed with its error.
 /// `pictures[i]` is the path of the picture beside scene i (NAME.png), of a picture that the program drew, or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
-/// Converts "round_012" to "Round bur 1.2 mm" in this language.
-std::string tool_title(const haptics::Tool& tool, session::Language language);
 
 /// Converts a text to a valid name of a file or folder.
 std::string file_name_of(const std::string& text);
@@ -49,6 +47,9 @@ struct Remembered {
   std::string model;  // contact model; empty: the exercise's model
 };
 Remembered remembered();
+/// The language of the option --language, otherwise of the window's last session, otherwise of the desktop. Throws
+/// Error for an unknown language.
+session::Language user_language(const std::string& wanted);
 void remember(const Remembered& r);
 
 }  // namespace typodont

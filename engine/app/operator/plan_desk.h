@@ -26,7 +26,7 @@ class PlanDesk {
   void follow();
   /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.
   void destroy();
-  /// Frees the jaw.
+  /// Frees the memory of the jaw.
   void close();
   /// The jaw with its scene; null while it loads.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/app/hud_text.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/live_views.h"

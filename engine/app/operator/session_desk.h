@@ -21,7 +21,7 @@ struct Authored {
   Scene scene;  // the scene that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // painted or drilled, but not yet saved as an exercise
+  bool unsaved = false;  // true: tissue was painted or drilled, but is not yet saved as an exercise
 };
 
 /// Result of a session that is scored without a recording.

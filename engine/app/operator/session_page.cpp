@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "engine/app/hud_text.h"
 #include "engine/app/operator/session_controls.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
@@ -235,7 +236,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       s.ask(Ask::kSettings);
     }
   }
-  row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm));
+  row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm, hud_words(s.language)));
   auto speed = static_cast<float>(100 * s.settings.speed_fraction);
   ImGui::SetNextItemWidth(-1);
   bool changed =

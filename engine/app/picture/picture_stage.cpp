@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/app/handpiece_file.h"
+#include "engine/app/hud_text.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -53,17 +54,6 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// The tool's name in the catalogue without its size: "round" for round_012. A tool without a name is named by its
-/// shape.
-std::string catalogue_name(const haptics::Tool& tool) {
-  std::string name = tool.name;
-  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
-  const std::size_t size = name.find_last_not_of("0123456789");
-  if (size != std::string::npos && size + 1 < name.size() && name[size] == '_') name.resize(size);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
-
 /// True if light between bodies need not be computed again: the lamp moves a little with the user's place.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
@@ -78,7 +68,7 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m, and half an angle in rad
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // tolerances: m, and half an angle in rad
 }
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {
@@ -403,7 +393,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (options_.cursor && options_.tool) add_cursor(shown_at_, frame);
   hud_.visible = options_.hud;
   if (options_.hud) {
-    hud_.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
+    hud_.tool = tool_title(tool(), options_.language);
+    hud_.words = hud_words(options_.language);
     read_age_ += dt;
     if (dt <= 0 || read_age_ >= kDisplayInterval) {
       read_age_ = 0;

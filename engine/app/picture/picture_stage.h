@@ -19,6 +19,7 @@
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
 #include "engine/render/sight.h"
+#include "engine/session/strings.h"
 #include "haptics/servo.h"
 
 namespace typodont {
@@ -68,6 +69,7 @@ class PictureStage {
     int monitor = -1;               // monitor for full screen; −1: a window
     bool hud = true;
     bool force_in_hud = true;
+    session::Language language = session::Language::kEnglish;  // language of the text over the picture
     bool tool = true;
     bool cursor = false;  // draw a row of dots from the tool's end to the point where it would land, and a ring there
     double force_limit = 3;  // N, maximum of the force bar

@@ -57,7 +57,7 @@ struct PlanFindings {
 /// A rectangle in the tissue that is shown as a picture.
 struct SectionPlane {
   dvec3 center_W{0};
-  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};   // unit, perpendicular
+  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};   // unit vectors, perpendicular to each other
   double width = 0, height = 0;            // m
   dvec3 at(const dvec2& fraction) const {  // fractions of width and height from the top left corner
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;

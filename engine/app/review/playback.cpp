@@ -1,6 +1,7 @@
 #include "engine/app/review/playback.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "engine/app/assets.h"
+#include "engine/app/hud_text.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/magnify.h"
@@ -56,7 +58,8 @@ display::DisplayRig rig_of(const PlaybackOptions& options) {
 /// One recording and its picture.
 class Side {
  public:
-  Side(const fs::path& file, std::string name) : player_(file), name_(std::move(name)) {}
+  Side(const fs::path& file, std::string name, session::Language language)
+      : player_(file), name_(std::move(name)), language_(language) {}
 
   SessionPlayer& player() { return player_; }
   PictureStage& stage() { return *stage_; }
@@ -122,10 +125,16 @@ class Side {
   }
   std::string hint(const PlayClock& clock) const {
     const ServoTick& tick = player_.tick();
-    return fmt::format(
-        "{}{:.1f} / {:.1f} s   x{:.3g}{}{}   {}", name_, to_seconds(tick.t), player_.end(), clock.speed,
-        clock.loop ? "   loop" : "", clock.paused ? "   paused" : "",
-        haptics::tool_set(servo())[std::min<std::size_t>(tick.tool, haptics::tool_set(servo()).size() - 1)].name);
+    const std::span<const haptics::Tool> tools = haptics::tool_set(servo());
+    const auto number = [&](double value) { return session::number_text(value, 1, language_); };
+    std::vector<std::string> parts;
+    if (!name_.empty()) parts.push_back(name_);
+    parts.push_back(fmt::format("{} / {} s", number(to_seconds(tick.t)), number(player_.end())));
+    parts.push_back(fmt::format("x{}", short_number(clock.speed, 3, language_)));
+    if (clock.loop) parts.push_back(hud_text(language_, "loop"));
+    if (clock.paused) parts.push_back(hud_text(language_, "paused"));
+    parts.push_back(tool_title(tools[std::min<std::size_t>(tick.tool, tools.size() - 1)], language_));
+    return fmt::format("{}", fmt::join(parts, kHudGap));
   }
 
  private:
@@ -181,6 +190,7 @@ class Side {
 
   SessionPlayer player_;
   std::string name_;
+  session::Language language_;
   PictureStage* stage_ = nullptr;
   Surroundings around_;
   std::optional<SoftGumPlayer> gum_;  // empty if the gum is rigid
@@ -199,13 +209,16 @@ class Playback {
   explicit Playback(const PlaybackOptions& options) {
     display::DisplayRig rig = rig_of(options);
     const bool pair = !options.beside.empty();
-    sides_.push_back(std::make_unique<Side>(options.session, pair ? options.session.stem().string() + "   " : ""));
-    if (pair) sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string() + "   "));
+    sides_.push_back(
+        std::make_unique<Side>(options.session, pair ? options.session.stem().string() : "", options.language));
+    if (pair)
+      sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string(), options.language));
     rig = magnified_for(rig, sides_[0]->player().tissue());
     PictureStage::Options look;
     look.quality = render::kQualityLadder[1];
     look.handpieces = sides_[0]->player().scene().handpieces;
     look.window = options.film.empty();
+    look.language = options.language;
     look.monitor = options.monitor;
     if (pair) {
       pair_.emplace(rig, std::array{sides_[0]->servo(), sides_[1]->servo()}, look);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/base/pose.h"
+#include "engine/session/strings.h"
 
 namespace typodont {
 
@@ -26,6 +27,7 @@ struct PlaybackOptions {
   std::string view = "look";   // name of the view: look (normal), section, xray, difference
   std::filesystem::path film;  // .mp4 file; empty: a window
   int monitor = -1;
+  session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
 struct PlaybackResult {

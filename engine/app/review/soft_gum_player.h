@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Drawing thread.
+/// Computes the soft gum again while a recording is shown. Drawing thread.
 class SoftGumPlayer {
  public:
   /// `player` and `around` must outlive this object.

@@ -167,8 +167,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // ns, zero of the session's time on the monotonic clock
-  Nanos unix_zero = 0;  // ns, zero of the session's time since 1970
+  Nanos zero = 0;       // ns, time of the session's zero on the monotonic clock
+  Nanos unix_zero = 0;  // ns, time from 1970 to the session's zero
   int port = 0;
 
   std::string hello() const {

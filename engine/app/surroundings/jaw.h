@@ -11,10 +11,10 @@ class Jaw {
  public:
   /// A point in arch coordinates, m.
   struct Place {
-    double along, beside;  // as in ArchCurve::Place
+    double along, beside;  // coordinates as in ArchCurve::Place
     double depth;          // m, depth below the gum's edge, without papillae
     double half_width;     // half the width of the row of teeth at the gum
-    double x, z;           // in the row's frame: mesial and occlusal
+    double x, z;           // coordinates in the row's frame; x mesial, z occlusal
   };
   /// `middle`: middle of the working tooth, m, W; `half_width`: half its width at the gum; `occlusal`: its highest
   /// point along the crown's axis; `roots`: depth of its roots below the gum's edge.

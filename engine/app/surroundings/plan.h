@@ -33,7 +33,7 @@ struct RubberDam {
 struct SurroundingsPlan {
   std::filesystem::path volume;  // volume of the tooth that is copied
   dvec3 crown{0, 0, 1};          // unit, towards the occlusal side
-  dvec3 arch{1, 0, 0};           // unit, along the row of teeth, perpendicular to the crown's axis
+  dvec3 arch{1, 0, 0};           // unit vector along the row of teeth, perpendicular to the crown's axis
   std::vector<NeighbourTooth> neighbours;
   std::optional<ToothRow> row;  // the other teeth of the jaw
   Mouth mouth = Mouth::kNone;

@@ -13,8 +13,9 @@ namespace typodont {
 /// origin is the origin of W. Lengths in m.
 struct RowTooth {
   ToothForm form;
-  dvec3 at{0, 0, 0};   // m, middle of the neck
-  glm::dmat3 R_FR{1};  // from row to form; includes a reflection for a tooth of the other side of the jaw
+  dvec3 at{0, 0, 0};  // m, middle of the neck
+  // rotation from the row to the form; includes a reflection for a tooth of the other side of the jaw
+  glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
   dvec3 from_form(const dvec3& p) const { return at + glm::transpose(R_FR) * p; }

@@ -13,7 +13,8 @@ namespace {
 constexpr double kTip = 0.45e-3;  // m, radius of the tip of a hill
 // scale factor of the distance to the side, so that the distance is not overestimated
 constexpr double kSideSlope = 0.9;
-constexpr double kTopSlope = 0.78;     // scale factor of the distance to the occlusal surface, for the same reason
+// scale factor of the distance to the occlusal surface, so that it is not overestimated
+constexpr double kTopSlope = 0.78;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface

@@ -24,12 +24,12 @@ struct ToothForm {
   glm::dvec2 widest{0, 0};                       // full widths at the widest part, mesial and buccal
   glm::dvec2 neck{0, 0};                         // full widths at the neck
   glm::dvec2 table{0, 0};                        // full widths at the occlusal end
-  double height = 0;                             // height of the crown up to its highest cusp
-  double proximal = 0, buccal = 0, lingual = 0;  // height of the widest part on each side
+  double height = 0;                             // m, height of the crown up to its highest cusp
+  double proximal = 0, buccal = 0, lingual = 0;  // m, height of the widest part on each side
   double square = 2.5;                           // exponent of the outline's superellipse: 2 is an ellipse
-  double rounding = 0;                           // radius of the edge between the side and the occlusal surface
+  double rounding = 0;                           // m, radius of the edge between the side and the occlusal surface
   double lean = 0;                               // m per m, inclination of the crown towards lingual
-  double root = 0;                               // length of the root
+  double root = 0;                               // m, length of the root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 

@@ -69,7 +69,7 @@ struct CoreObject {
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 
-  // Surface mesh.
+  // Members for the surface mesh.
   surface::SurfaceMesher mesher;
   bool meshed = false;
   std::vector<std::vector<typodont_vertex>> vertices;  // vertices of `parts`

@@ -37,7 +37,7 @@ class ProcessorComposer {
   };
   SourcePixels across_, down_;
   struct Row {
-    std::vector<std::uint32_t> pixels;  // BGRA, as wide as the target
+    std::vector<std::uint32_t> pixels;  // pixels of a row, BGRA, as wide as the target
     int of = -1;                        // index of the source row; -1: none
   };
   /// A row of an eye's picture, stretched to the target's columns.

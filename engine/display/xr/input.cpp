@@ -86,7 +86,8 @@ Input::~Input() {
   for (const auto* spaces : {&aim_spaces, &grip_spaces})
     for (XrSpace space : *spaces)
       if (space) api.attempt("xrDestroySpace", api.DestroySpace, space);
-  if (set) api.attempt("xrDestroyActionSet", api.DestroyActionSet, set);  // also destroys its actions
+  // this call also destroys the actions of the set
+  if (set) api.attempt("xrDestroyActionSet", api.DestroyActionSet, set);
 }
 
 XrPath Input::path(const std::string& text) {

@@ -1,5 +1,7 @@
-// Build-time tool: converts a TrueType font to a small atlas of signed distances with its metrics, as C++ text.
-//   bake_font FONT.ttf OUT.h
+// Build-time tool: converts fonts to a small atlas of signed distances with its metrics, as C++ text.
+//   bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]
+// FONT gives the Latin characters. CHINESE_FONT gives the Chinese characters that the text files contain: a .json file
+// counts as a whole, a catalogue of texts (.cpp) only with the entries that can appear over a picture.
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -9,30 +11,82 @@
 #include <stb/stb_truetype.h>
 #pragma GCC diagnostic pop
 
+#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
+namespace {
+
+std::string content_of(const char* file) {
+  std::ifstream in(file, std::ios::binary);
+  return std::string((std::istreambuf_iterator<char>(in)), {});
+}
+
+struct Font {
+  std::string bytes;
+  stbtt_fontinfo info;
+
+  bool open(const char* file) {
+    bytes = content_of(file);
+    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+    const bool opened = !bytes.empty() && stbtt_InitFont(&info, data, stbtt_GetFontOffsetForIndex(data, 0));
+    if (!opened) std::fprintf(stderr, "%s: not a TrueType font\n", file);
+    return opened;
+  }
+};
+
+/// Adds the characters above U+2FFF in `text`, which is UTF-8. These are the Chinese characters and punctuation.
+void add_chinese(std::string_view text, std::set<int>& characters) {
+  for (std::size_t i = 0; i + 2 < text.size(); ++i) {
+    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[i + k]); };
+    if ((byte(0) & 0xf0) != 0xe0) continue;
+    const int code = (byte(0) & 0x0f) << 12 | (byte(1) & 0x3f) << 6 | (byte(2) & 0x3f);
+    if (code >= 0x3000) characters.insert(code);
+  }
+}
+
+/// Adds the Chinese characters of a file.
+void read_text(const std::string& file, std::set<int>& characters) {
+  // prefixes of the catalogue's keys whose texts can appear over a picture
+  constexpr std::array<std::string_view, 4> kShown{"hud.", "tool.", "implant.note.", "op.quality."};
+  const std::string text = content_of(file.c_str());
+  if (!file.ends_with(".cpp")) return add_chinese(text, characters);
+  for (std::size_t at = 0; (at = text.find("{\"", at)) != std::string::npos; ++at) {
+    for (const std::string_view prefix : kShown) {
+      if (text.compare(at + 2, prefix.size(), prefix) != 0) continue;
+      const std::size_t end = text.find("}}", at);
+      add_chinese(std::string_view(text).substr(at, end == std::string::npos ? end : end - at), characters);
+    }
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: bake_font FONT.ttf OUT.h\n");
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]\n");
     return 2;
   }
-  std::ifstream in(argv[1], std::ios::binary);
-  const std::vector<unsigned char> ttf((std::istreambuf_iterator<char>(in)), {});
-  stbtt_fontinfo font;
-  if (ttf.empty() || !stbtt_InitFont(&font, ttf.data(), stbtt_GetFontOffsetForIndex(ttf.data(), 0))) {
-    std::fprintf(stderr, "%s: not a TrueType font\n", argv[1]);
-    return 2;
-  }
+  Font latin, chinese;
+  if (!latin.open(argv[1]) || (argc > 3 && !chinese.open(argv[3]))) return 2;
   constexpr int kSize = 36, kPadding = 5, kWidth = 512;
-  const float scale = stbtt_ScaleForPixelHeight(&font, kSize);
-  std::vector<int> characters;
+  const float latin_scale = stbtt_ScaleForPixelHeight(&latin.info, kSize);
+  // Both fonts get the same size of the em square.
+  const float em = latin_scale / stbtt_ScaleForMappingEmToPixels(&latin.info, 1);
+  const float chinese_scale = argc > 3 ? stbtt_ScaleForMappingEmToPixels(&chinese.info, em) : 0;
+  std::set<int> drawn_in_chinese;
+  for (int i = 4; i < argc; ++i) read_text(argv[i], drawn_in_chinese);
+  std::vector<int> characters;  // ascending
   for (int c = 32; c < 127; ++c) characters.push_back(c);
   for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // Latin-1 letters, used by translated hints
   for (int c : {0x2013, 0x2014, 0x2019, 0x2026}) characters.push_back(c);
+  characters.insert(characters.end(), drawn_in_chinese.begin(), drawn_in_chinese.end());
 
   struct Glyph {
     int code, x, y, w, h, left, top;
@@ -42,6 +96,9 @@ int main(int argc, char** argv) {
   std::vector<unsigned char> atlas;
   int x = 0, y = 0, row = 0;
   for (int c : characters) {
+    const stbtt_fontinfo& font = drawn_in_chinese.contains(c) ? chinese.info : latin.info;
+    const float scale = drawn_in_chinese.contains(c) ? chinese_scale : latin_scale;
+    if (stbtt_FindGlyphIndex(&font, c) == 0) continue;
     Glyph g{c, 0, 0, 0, 0, 0, 0, 0};
     int advance = 0, bearing = 0;
     stbtt_GetCodepointHMetrics(&font, c, &advance, &bearing);
@@ -68,9 +125,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s: cannot write\n", argv[2]);
     return 2;
   }
-  std::fprintf(
-      out,
-      "// Generated by bake_font. Lengths in pixels of the atlas; top is below the baseline's y = 0.\n#pragma once\n");
+  std::fprintf(out,
+               "// Generated by bake_font. Lengths in pixels of the atlas; top is below the baseline's y = 0. Glyphs "
+               "are sorted by "
+               "code.\n#pragma once\n");
   std::fprintf(out, "namespace typodont::font {\nstruct Glyph { int code, x, y, w, h, left, top; float advance; };\n");
   std::fprintf(out, "inline constexpr int kSize = %d, kWidth = %d, kHeight = %d, kGlyphCount = %d;\n", kSize, kWidth,
                static_cast<int>(atlas.size()) / kWidth, static_cast<int>(glyphs.size()));

@@ -15,8 +15,9 @@ namespace typodont::render {
 struct GpuVertex {
   float p[3];         // m, mesh
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
-  // low bits: the two tissues, tissue[3]: the tissue below; high bits · 15: Vertex::cut, Vertex::thin, and
-  // Vertex::shows. tissue[2]: the second tissue's fraction · 255
+  // Byte 0: the first tissue (low four bits) and Vertex::cut · 15 (high four bits). Byte 1: the second tissue and
+  // Vertex::thin · 15. Byte 2: the second tissue's fraction · 255. Byte 3: the tissue below the surface and its visible
+  // fraction · 15.
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);

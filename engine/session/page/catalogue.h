@@ -16,5 +16,7 @@ struct Entry {
 
 /// Texts of the operator's window that the reports do not use.
 std::span<const Entry> operator_catalogue() noexcept;
+/// Texts over the picture of a session. The build converts their characters to glyphs (engine/gpu/font).
+std::span<const Entry> hud_catalogue() noexcept;
 
 }  // namespace typodont::session

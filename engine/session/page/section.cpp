@@ -15,7 +15,8 @@ namespace {
 constexpr double kAround = 1.2e-3;  // m, margin around the region in which the trainee or the ideal changes tissue
 
 struct Window {
-  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m, in the section plane, relative to the point `through`
+  // m, limits of the drawing in the section plane, relative to the point `through`
+  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 
 /// Marching squares: returns the segments of the contour value = 0 in drawing units.

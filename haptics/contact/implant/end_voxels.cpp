@@ -112,8 +112,8 @@ struct Task {
   const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
   Vector center;           // voxels
-  glm::mat<3, 3, Real> R;  // from T (m) to V (voxels), without the translation
-  Vector beyond;           // voxels, from a tool voxel to the place where an obstacle must continue
+  glm::mat<3, 3, Real> R;  // transform of vectors from T (m) to V (voxels)
+  Vector beyond;           // voxels, vector from a tool voxel to the place where an obstacle must continue
   Real slowness;           // s/rad, 1 over the spindle's speed; 0 if it stands still
 };
 
@@ -131,7 +131,7 @@ struct alignas(64) Block {
   Real ahead[kBlock];                    // voxels, distance from bone at `beyond`
   std::int32_t at[kBlock];               // index of the sample to read
   Flag label[kBlock];                    // tissue at `beyond`
-  std::int32_t byte[kBlock];             // hardness there, see hardness.h
+  std::int32_t byte[kBlock];             // hardness of the sample as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
   Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // the voxel's summands
 };

@@ -41,7 +41,7 @@ struct EndLaw {
   double width = 0;                 // m, a voxel that cannot cut stops the tool only within this distance from the axis
   bool cuts = false;                // false: no voxel cuts
   double greatest_grey = 0;         // Hounsfield units, greatest grey value that the tool cuts
-  double speed = 0;                 // rad/s, of the spindle
+  double speed = 0;                 // rad/s, speed of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
   // Hounsfield units: the grey value of a tissue is grey + grey_per_hardness · hardness.
@@ -50,11 +50,11 @@ struct EndLaw {
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;      // in T, per m/s of feed along -z
+  CuttingWrench wrench;      // force and torque in T, per m/s of feed along -z
   double free = 1e9;         // m, distance that the tool may advance before a non-cutting voxel touches bone
   double engaged = 0;        // m², area of the end in contact with bone
   double collided = 0;       // m², part of `engaged` at which an obstacle blocks the advance; num_cd in the paper
-  double greatest_grey = 0;  // Hounsfield units, of the bone in contact
+  double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
   PerTissue tissue{};        // m², part of `engaged` per tissue
   PerTissue hardness{};      // m², area of each part in `tissue`, multiplied by its hardness
 };

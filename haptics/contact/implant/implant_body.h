@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::implant {
 
-/// Carver's thread.
+/// The carver's half of the contact model. Carver thread.
 class ImplantBody final : public offset::FieldBody {
  public:
   /// Throws Error if a bed does not lie in bone.

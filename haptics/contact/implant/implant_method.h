@@ -14,8 +14,8 @@ inline constexpr std::string_view kName = "implant";
 /// An implant bed: a hole in the bone, or the bore of a placed implant. SI, frame W.
 struct Bed {
   dvec3 entry_W{0};        // point on the axis at the bone's surface
-  dvec3 axis_W{0, 0, -1};  // unit, from the surface to the bottom
-  double depth = 0;        // m, from the entry to the tip
+  dvec3 axis_W{0, 0, -1};  // unit vector from the surface to the bottom
+  double depth = 0;        // m, distance from the entry to the tip
   double radius = 0;       // m, radius of the widest tool that has entered
   double tapped = 0;       // m, length of the thread from the entry
   bool bore = false;       // this is the bore of a placed implant

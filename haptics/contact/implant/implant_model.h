@@ -1,4 +1,4 @@
-// The servo's half of "implant" (README.md).
+// The servo's half of the contact model "implant" (README.md).
 #pragma once
 
 #include <array>
@@ -81,7 +81,7 @@ class ImplantModel final : public offset::OffsetModel {
   EndLaw law_;  // properties of the tissues; look_ahead() adds the properties of the tool and of the tick
   // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  std::array<dvec3, 12> around_thread_;  // unit vectors in T, around the axis
+  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the axis and evenly spaced around it
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 

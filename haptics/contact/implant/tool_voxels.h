@@ -14,7 +14,7 @@ namespace typodont::haptics::implant {
 /// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Frame T.
 struct ToolVoxel {
   glm::vec3 p;      // m
-  glm::vec3 n;      // unit, out of the head
+  glm::vec3 n;      // unit normal, pointing out of the head
   float outside;    // m, signed distance of p from the head's surface, negative inside
   float area;       // m², surface area that the voxel represents
   float inverse_r;  // 1/m, mean of 1/r over the voxel, where r is the distance from the tool's axis
@@ -59,7 +59,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // p is at most half a layer away from the surface; the lever about the axis is exactly 1/inverse_r.
+  // p is at most half a layer away from the head's surface. The lever arm about the axis is exactly 1/inverse_r.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

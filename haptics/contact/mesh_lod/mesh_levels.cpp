@@ -99,7 +99,7 @@ class Simplifier {
   std::vector<unsigned> indices_;
   std::vector<std::uint32_t> original_;  // for each copy: the original vertex
   std::vector<Tissue> tissue_;           // for each copy: the tissue
-  std::vector<float> positions_;         // m, relative to the first vertex
+  std::vector<float> positions_;         // m, position of each copy, relative to the first vertex
 };
 
 /// Removes vertices that no triangle uses.

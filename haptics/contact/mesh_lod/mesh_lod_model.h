@@ -29,7 +29,7 @@ class LevelBySpeed {
   std::size_t level_ = 0;
 };
 
-/// Servo thread.
+/// The servo's half of the contact model "mesh_lod". Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument.
@@ -90,10 +90,10 @@ class MeshLodModel final : public ContactModel {
   bool placed_ = false;        // the contact point is at the tool
   bool moved_freely_ = false;  // the servo has moved the free tool since the last tick; placed_ is then false
   dvec3 hip_{0};               // m, hand position in the last tick
-  dvec3 offset_{0};            // m, from the contact point to the position of the last level or wall; fades to zero
-  bool eases_ = false;         // the bur has cut since it was last free
-  dvec3 last_lag_{0};          // m, from the hand to the tool position that was returned in the last tick
-  dquat last_R_{1, 0, 0, 0};   // orientation of the hand in the last tick
+  dvec3 offset_{0};     // m, vector from the contact point to its position on the last level or wall; fades to zero
+  bool eases_ = false;  // the bur has cut since it was last free
+  dvec3 last_lag_{0};   // m, vector from the hand to the tool position that was returned in the last tick
+  dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   // Normal of the wall that holds the tool, or of the last wall, whose effect fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;

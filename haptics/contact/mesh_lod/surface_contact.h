@@ -10,7 +10,7 @@ namespace typodont::haptics::mesh_lod {
 /// One point at which the surface holds the tool.
 struct Hold {
   dvec3 p{0};                    // m, on the surface
-  dvec3 n{0};                    // unit, out of the tissue; for a wall towards the softer tissue
+  dvec3 n{0};                    // unit normal, pointing out of the tissue, or for a wall towards the softer tissue
   double push = 0;               // m, distance by which the surface holds the tool back
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;

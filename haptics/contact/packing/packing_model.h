@@ -74,7 +74,7 @@ class PackingModel final : public ContactModel {
   /// State for leading a tool back along its path when contacts hold the tool far from the hand, as in the model
   /// "offset".
   struct Retreat {
-    offset::RetreatPath path;  // in units of kPathUnit
+    offset::RetreatPath path;  // earlier path of the tool, in units of kPathUnit
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
     double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
     bool leading = false;      // true while the proxy is led back along `path`

@@ -27,10 +27,10 @@ constexpr int kNodes = kEdge * kEdge * kEdge;
 // free radii are stored up to this multiple of the radius limit; larger ones are not distinguished
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // ratio of the first grid's spacing to the radius limit
-// spacings, threshold: a finer grid is made once the largest free sphere's radius is at most this large
+// in grid spacings, threshold: a finer grid is made when the radius of the largest free sphere is at most this large
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio between the spacings of successive grids
-// spacings, lower limit of the radius: a smaller sphere found at a node is skipped until the grid is finer
+// in grid spacings, lower limit of the radius: a smaller sphere found at a node is skipped until the grid is finer
 constexpr double kLeastRadius = 0.3;
 // lower limit of the ratio of a sphere's radius to the radius expected at its node; a smaller sphere is not placed
 constexpr double kAsExpected = 0.8;

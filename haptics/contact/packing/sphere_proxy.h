@@ -23,7 +23,7 @@ struct ProxyOptions {
 
 struct ProxyContact {
   dvec3 p_W{0};     // m, point of contact
-  dvec3 n_W{0};     // unit, from the tissue's sphere to the tool's
+  dvec3 n_W{0};     // unit vector from the tissue's sphere to the tool's sphere
   int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
   double push = 0;  // m, distance by which the constraint holds the proxy back along n_W

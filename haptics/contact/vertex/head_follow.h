@@ -13,7 +13,7 @@ namespace typodont::haptics::vertex {
 
 /// Lengths are multiples of the head's radius.
 struct FollowParameters {
-  // limit of the head's displacement in one iteration, because the points' bounds are linear
+  // head radii, limit of the displacement in one iteration, because the bounds of the points are linear
   static constexpr double step = 0.15;
   static constexpr int looks = 2;    // number of iterations with one list of points
   static constexpr int rounds = 16;  // limit of the number of lists per tick: the head moves by at most 4.8 radii
@@ -43,7 +43,8 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   return from;
 }
 
-/// Servo thread; allocates only in the constructor.
+/// Keeps a head outside the mesh while the head follows the hand. Servo thread. Allocates memory only in the
+/// constructor.
 class HeadFollower {
  public:
   /// A point that holds the head at its final position.

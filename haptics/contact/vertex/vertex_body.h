@@ -63,7 +63,7 @@ class VertexBody final : public TissueBody {
     mesh::MeshRecord record;
     PerTissue removed{};   // m³
     FieldBlocks blocks;    // blocks that the stroke may have changed
-    bool painted = false;  // a brush stroke, which only the field stores
+    bool painted = false;  // true: the stroke painted tissue, which only the field stores
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
@@ -84,7 +84,7 @@ class VertexBody final : public TissueBody {
   bool remembers_ = false;
   std::vector<Cut> written_;                   // cuts since remember_writes(true)
   FieldBlocks unseen_;                         // blocks that changed, but are not updated in the field yet
-  std::optional<mesh::SurfacePieces> pieces_;  // for pictures; created at the first request
+  std::optional<mesh::SurfacePieces> pieces_;  // surface for pictures; created at the first request
 };
 
 /// Executes a cut. Servo and carver call this function, so both get the same bits.

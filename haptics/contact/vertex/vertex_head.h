@@ -46,8 +46,8 @@ class VertexHead {
   }
   /// Distance from an inner point to the surface, m, along a unit direction.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Target of an inner point by the printed rule: away from the centre of a ball (3.1) or of the lower half ball of a
-  /// round-ended head, otherwise away from the axis at its height (3.3), (3.6).
+  /// Target of an inner point by the rule that the paper prints. The point moves away from the centre of a ball (3.1)
+  /// or of the lower half ball of a round-ended head, otherwise away from the axis at its height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:

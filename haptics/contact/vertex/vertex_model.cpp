@@ -104,7 +104,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
-      if (mesh.vertex(v).face != f) continue;  // takes each vertex once: with the face that the vertex stores
+      if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that the vertex stores
       if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
@@ -230,7 +230,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double depth = sample.area * d;  // negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
-    if (!is_ball) sum.torque += glm::cross(off, push);  // on a ball all forces pass through its centre
+    // for a ball, all forces pass through the centre and give no torque
+    if (!is_ball) sum.torque += glm::cross(off, push);
     sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
     sum.weight -= depth;
     sum.area += sample.area;

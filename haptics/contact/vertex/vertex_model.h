@@ -37,7 +37,7 @@ struct FeelParameters {
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
 
-/// Servo thread.
+/// The servo's half of the contact model "vertex". Servo thread.
 class VertexModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because vertices only recede.

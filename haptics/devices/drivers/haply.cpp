@@ -18,8 +18,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-constexpr Nanos kWake = 10'000'000;  // ns without a state after which a force is sent again: the service sends a state
-                                     // only as an answer to a force
+// ns without a state after which a force is sent again, because the service only answers forces
+constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
 std::optional<dvec3> vector_of(const std::optional<JsonText>& json) {

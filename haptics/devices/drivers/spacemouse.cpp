@@ -15,9 +15,9 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFullScale = 350;       // counts at full deflection
-constexpr Nanos kSilence = 200'000'000;  // ns without a report after which the cap counts as released; a deflected cap
-                                         // sends reports much more often
+constexpr double kFullScale = 350;  // counts at full deflection
+// ns without a report after which the cap counts as released; a deflected cap reports more often
+constexpr Nanos kSilence = 200'000'000;
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
                                                   0xc626, 0xc627, 0xc628, 0xc629, 0xc62b};

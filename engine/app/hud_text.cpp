@@ -1,0 +1,36 @@
+#include "engine/app/hud_text.h"
+
+#include <algorithm>
+
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+display::HudWords hud_words(session::Language language) {
+  return {.rpm = std::string(session::text("hud.rpm", language)),
+          .krpm = std::string(session::text("hud.krpm", language)),
+          .decimal = language == session::Language::kGerman ? ',' : '.'};
+}
+
+std::string short_number(double value, int digits, session::Language language) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  std::replace(text.begin(), text.end(), '.', hud_words(language).decimal);
+  return text;
+}
+
+std::string tool_title(const haptics::Tool& tool, session::Language language) {
+  const std::string size = short_number(tool.diameter / kMillimetre, 2, language);
+  const std::string_view shape = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
+  return fmt::format("{} {} mm", session::tool_text(tool.name.empty() ? shape : tool.name, language), size);
+}
+
+session::Language hud_language(session::Language language) {
+  if (display::can_write(session::text("hud.stopped", language))) return language;
+  log::warn(
+      "the text over the picture is English, because the program was built without a Chinese font (Debian package "
+      "fonts-wqy-microhei)");
+  return session::Language::kEnglish;
+}
+
+}  // namespace typodont

@@ -1,0 +1,173 @@
+// Texts over the picture of a session: every text in three languages, every character in the font, and pictures of
+// them.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "engine/app/hud_text.h"
+#include "tests/support/stage.h"
+
+namespace typodont::test {
+namespace {
+
+using display::Hud;
+using display::Writing;
+using session::Language;
+
+constexpr Language kLanguages[] = {Language::kEnglish, Language::kGerman, Language::kChinese};
+
+/// Keys of the catalogue whose texts can appear over a picture.
+std::vector<std::string> keys_over_pictures() {
+  std::vector<std::string> keys;
+  for (const std::string_view key : session::catalogue_keys())
+    for (const char* prefix : {"hud.", "tool.", "implant.note.", "op.quality."})
+      if (key.starts_with(prefix)) keys.emplace_back(key);
+  return keys;
+}
+
+bool has_chinese_font() {
+  return display::can_write("已");
+}
+
+std::size_t placeholders(std::string_view text) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find("{}", at)) != std::string_view::npos; ++at) ++count;
+  return count;
+}
+
+/// Tool, speed, force and the longest hint of a session.
+Hud hud_in(Language language) {
+  Hud hud;
+  hud.visible = true;
+  hud.tool = fmt::format("{} 1 mm", session::tool_text("end_guarded_cylinder_010", language));
+  hud.speed_krpm = 300;
+  hud.force = 1.25;
+  hud.words = hud_words(language);
+  hud.hint = hud_text(language, "mouse", short_number(0.15, 3, language));
+  for (const char* key : {"undo", "view", "suction", "water", "suction_on", "water_off", "disk_low", "stop"})
+    hud.hint.append(kHudGap).append(hud_text(language, key));
+  return hud;
+}
+
+/// How many pixels of a panel are letters.
+int letters(const Writing::Panel& panel) {
+  int count = 0;
+  for (std::size_t i = 0; i < panel.rgba.size(); i += 4) count += panel.rgba[i] > 120;
+  return count;
+}
+
+TEST(HudTexts, ExistInThreeLanguagesWithTheSamePlaceholders) {
+  int texts = 0;
+  for (const std::string& key : keys_over_pictures()) {
+    if (!key.starts_with("hud.")) continue;
+    ++texts;
+    const std::string_view english = session::text(key, Language::kEnglish);
+    for (const Language language : kLanguages) {
+      const std::string_view text = session::text(key, language);
+      EXPECT_FALSE(text.empty()) << key;
+      EXPECT_EQ(placeholders(text), placeholders(english)) << key;
+      if (language != Language::kEnglish) {
+        EXPECT_NE(text, english) << key;
+      }
+    }
+  }
+  EXPECT_GT(texts, 30);
+}
+
+TEST(HudTexts, UseOnlyCharactersOfTheFont) {
+  for (const Language language : kLanguages) {
+    if (language == Language::kChinese && !has_chinese_font()) continue;
+    for (const std::string& key : keys_over_pictures())
+      EXPECT_TRUE(display::can_write(session::text(key, language))) << key << ": " << session::text(key, language);
+  }
+  if (!has_chinese_font()) GTEST_SKIP() << "built without a Chinese font";
+  // The names of an implant procedure's phases are written over the picture, too.
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("assets/implants/procedures")) {
+    std::stringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    std::string line;
+    for (++files; std::getline(text, line);) EXPECT_TRUE(display::can_write(line)) << line;
+  }
+  EXPECT_GT(files, 0);
+}
+
+TEST(HudTexts, WithoutAFontForTheLanguageAreEnglish) {
+  EXPECT_EQ(hud_language(Language::kGerman), Language::kGerman);
+  EXPECT_EQ(hud_language(Language::kChinese), has_chinese_font() ? Language::kChinese : Language::kEnglish);
+}
+
+TEST(HudTexts, HaveTheUnitsAndTheDecimalSignOfTheLanguage) {
+  EXPECT_EQ(display::spindle_text(300, hud_words(Language::kEnglish)), "300 krpm");
+  EXPECT_EQ(display::spindle_text(300, hud_words(Language::kGerman)), "300.000 U/min");
+  EXPECT_EQ(display::spindle_text(0.8, hud_words(Language::kGerman)), "800 U/min");
+  EXPECT_EQ(display::spindle_text(300, hud_words(Language::kChinese)), "300 千转/分");
+  Writing point, comma;
+  Hud hud = hud_in(Language::kGerman);
+  hud.hint.clear();
+  comma.write(hud, {640, 360});
+  hud.words.decimal = '.';
+  EXPECT_TRUE(comma.differs(hud, {640, 360})) << "1,25 N";
+}
+
+TEST(HudTexts, FitEveryPictureAndDoNotOverlapInAnyLanguage) {
+  const display::DisplayRig mirror = display::load_rig("assets/rigs/mirror.json");
+  for (const Language language : kLanguages) {
+    if (language == Language::kChinese && !has_chinese_font()) continue;
+    for (const glm::ivec2 place : {glm::ivec2(1920, 1080), {960, 1080}, {1280, 720}, {640, 480}, {1280, 1024}}) {
+      for (const double least : {0.0, display::readable_letters(mirror)}) {
+        Writing writing;
+        Hud hud = hud_in(language);
+        hud.least_letters = least;
+        writing.write(hud, place);
+        ASSERT_EQ(writing.panels().size(), 2u);
+        const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;
+        EXPECT_TRUE(a.lo.y >= b.lo.y + b.size.y || b.lo.y >= a.lo.y + a.size.y)
+            << session::tag_of(language) << " " << place.x << " x " << place.y << ", least letters " << least;
+        for (const Writing::Panel& panel : writing.panels()) {
+          EXPECT_GE(panel.box.lo.x, 0);
+          EXPECT_LE(panel.box.lo.x + panel.box.size.x, place.x);
+        }
+      }
+    }
+  }
+}
+
+TEST(HudTexts, AChineseLineThatIsWiderThanThePictureBreaksBetweenCharactersAndLosesNone) {
+  if (!has_chinese_font()) GTEST_SKIP() << "built without a Chinese font";
+  Hud hud = hud_in(Language::kChinese);
+  hud.tool.assign(1, 'x');
+  hud.hint = hud_text(Language::kChinese, "stuck", "12");
+  hud.least_letters = 0.1;
+  Writing wide, narrow;
+  wide.write(hud, {1920, 720});
+  narrow.write(hud, {480, 720});
+  const Writing::Panel &one_line = wide.panels()[1], &broken = narrow.panels()[1];
+  EXPECT_LE(broken.box.lo.x + broken.box.size.x, 480);
+  EXPECT_GT(broken.box.size.y, 2 * one_line.box.size.y);
+  EXPECT_NEAR(letters(broken), letters(one_line), 0.04 * letters(one_line));
+}
+
+TEST(HudTexts, LookAsApprovedInEveryLanguage) {
+  constexpr glm::ivec2 kSize{960, 540};
+  for (const Language language : kLanguages) {
+    if (language == Language::kChinese && !has_chinese_font()) continue;
+    Writing writing;
+    writing.write(hud_in(language), kSize);
+    render::Picture picture{kSize, std::vector<std::uint8_t>(std::size_t{4} * kSize.x * kSize.y, 90)};
+    for (std::size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
+    for (const Writing::Panel& panel : writing.panels())
+      Writing::lay_over(panel, picture.rgba.data(), std::size_t{4} * kSize.x, {0, 0}, false);
+    std::string message;
+    const std::string name = fmt::format("hud_{}", session::tag_of(language).substr(0, 2));
+    EXPECT_TRUE(matches_golden(picture, name, 6, 60, message)) << message;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test
