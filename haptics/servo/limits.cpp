@@ -27,10 +27,11 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   // N, change of the spring's force by the hand's displacement; above 0: the hand retreats
   const double retreat = strength > 0 ? k * glm::dot(now.moved, direction) / strength : 0;
   if (retreat > 0) return std::min(over, std::max(0.0, change - retreat));
-  // A force that falls while the hand advances is that of tissue that gives way, which the hand should feel.
-  const bool rises =
-      glm::length(now.force + now.teeth_force) > glm::length(limits.last_force + limits.last_teeth_force);
-  return std::min(over, rises ? std::max(P::lag_limit, change + retreat) : P::lag_limit);
+  // The implant model limits its force's changes itself, except for a drill that perforates the bone: it falls freely.
+  const bool falls =
+      glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
+  const bool perforates = falls && now.contact.holds_turn;
+  return std::min(over, perforates ? P::lag_limit : std::max(P::lag_limit, change + retreat));
 }
 
 void Servo::State::limit(ContactTick& now) noexcept {
