@@ -367,10 +367,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (settings.filter != ForceFilter::kNone) {
     touch.force = filter_force(settings.filter, {}, touch.force, s.limits.last_force);
   }
-  const double wanted = glm::length(touch.force);  // N
   s.limit(touch);
   const dvec3 felt_torque = s.keep_passive(touch);
-  s.coupling.felt = s.lands(touch) && wanted > 0 ? glm::length(touch.force) / wanted : 1;
   s.remember(touch, felt_torque);
   if (s.soft) s.report_soft(touch);
   return removed;

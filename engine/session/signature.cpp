@@ -135,9 +135,25 @@ std::filesystem::path signature_file(const std::filesystem::path& session) {
   return session.string() + ".sig";
 }
 
+namespace {
+
+/// Throws Error if `file` exists and is not a signature: a link with this name could lead to any file.
+void require_replaceable(const std::filesystem::path& file) {
+  std::error_code code;
+  if (!std::filesystem::exists(file, code) || std::filesystem::file_size(file, code) == 0) return;
+  constexpr std::string_view kFamily = kFormat.substr(0, kFormat.find('1'));  // signatures of every version
+  std::string head(kFamily.size(), '\0');
+  std::ifstream(file, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (head != kFamily)
+    throw Error(file.string(), "", "a file of another kind", "a signature (.sig) to replace, or a new name");
+}
+
+}  // namespace
+
 std::filesystem::path sign_session(const std::filesystem::path& session, const SigningKey& key) {
   const auto code = code_of(session, key);
   const std::filesystem::path file = signature_file(session);
+  require_replaceable(file);
   write_file_atomically(file, fmt::format("{} {} {}\n", kFormat, key.id(), hex(code)));
   return file;
 }

@@ -27,11 +27,16 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   // N, change of the spring's force by the hand's displacement; above 0: the hand retreats
   const double retreat = strength > 0 ? k * glm::dot(now.moved, direction) / strength : 0;
   if (retreat > 0) return std::min(over, std::max(0.0, change - retreat));
-  return std::min(over, std::max(P::lag_limit, change + retreat));
+  // The implant model limits its force's changes itself, except for a drill that perforates the bone: it falls freely.
+  const bool falls =
+      glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
+  const bool perforates = falls && now.contact.holds_turn;
+  return std::min(over, perforates ? P::lag_limit : std::max(P::lag_limit, change + retreat));
 }
 
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
+  now.unlimited = glm::length(now.force);
   // Limits the force change of a head that lands, also in its own cut, after a fall from a rim or through soft tissue.
   // The limit does not include the vibration, which the hand should feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
@@ -138,14 +143,19 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
+  bool guarded = false;  // the next tick's energy limits the force
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
-    double passive = at_stake > 0 ? std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0) : 1.0;
-    passive = std::min(passive, lands(now) ? landing_fraction(now, at_stake) : paid_fraction(now));
+    const double guard = at_stake > 0 ? std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0) : 1.0;
+    const double landing = lands(now) ? landing_fraction(now, at_stake) : paid_fraction(now);
+    const double passive = std::min(guard, landing);
+    guarded = guard < landing;
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }
+  const bool pressed_less = lands(now) && !guarded && now.unlimited > 0;
+  coupling.felt = pressed_less ? glm::length(now.force) / now.unlimited : 1;
   return felt_torque;
 }
 

@@ -45,6 +45,7 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J stored in the coupling
+  double unlimited = 0;     // N, size of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
   /// True if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
@@ -99,8 +100,9 @@ struct Servo::State {
     dvec3 normal{0};
     dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
     double pressing = 0;  // N, component of head_force along `pressed`, times `felt`
-    // Fraction of the force of the last tick that the limits left for the hand; the teeth are pressed by this fraction.
-    // 1 where the limits of a landing drill do not apply
+    // Fraction of the last tick's force that the limits of a landing drill left for the hand; the teeth are pressed by
+    // this fraction. 1 where these limits do not apply, and where the passivity controller limits the force further: a
+    // hand at rest would otherwise neither cut nor give the ledger any energy
     double felt = 1;
     FrictionState friction;
     TipState tip;
@@ -211,8 +213,6 @@ struct Servo::State {
   // servo/limits.cpp
   /// Limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
-  /// True if the limits for a landing drill apply (laws 7).
-  bool lands(const ContactTick& now) const noexcept;
   /// The passivity controller, with the ledger's allowances: the hand never receives energy that it did not put in.
   /// Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
@@ -221,6 +221,8 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the force of tissue and teeth since the last tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
+  /// True if the limits for a landing drill apply (laws 7).
+  bool lands(const ContactTick& now) const noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void feel_nothing(ContactTick& now) noexcept;

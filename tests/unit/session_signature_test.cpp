@@ -95,6 +95,22 @@ TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
   }
 }
 
+TEST(Signature, ReplacesASignatureButNoFileOfAnotherKindAlsoNotThroughALink) {
+  const TemporaryFolder folder;
+  make_key(folder / "key");
+  const SigningKey key = load_key(folder / "key");
+  write(folder / "s.h5", "a session");
+  sign_session(folder / "s.h5", key);
+  write(folder / "s.h5", "the same session, repaired");
+  sign_session(folder / "s.h5", key);
+  EXPECT_EQ(what_is_wrong_with_signature(folder / "s.h5", key), "");
+  write(folder / "scene.json", "{}");
+  std::filesystem::remove(folder / "s.h5.sig");
+  std::filesystem::create_symlink(folder / "scene.json", folder / "s.h5.sig");
+  EXPECT_THROW(sign_session(folder / "s.h5", key), Error);
+  EXPECT_EQ(std::filesystem::file_size(folder / "scene.json"), 2u);
+}
+
 TEST(Signature, AKeyIsReadableByItsOwnerAloneAndNeverOverwritten) {
   const TemporaryFolder folder;
   make_key(folder / "key");
