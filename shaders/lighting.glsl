@@ -5,9 +5,9 @@ const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
-// The grid of light contains a part of the occlusion by tissue nearby; the rest is this part of the estimate, fitted
-// likewise.
-const float kNearShare = 0.5;
+// The grid of light contains most of the occlusion by tissue nearby. The rest is this fraction of the estimate, fitted to
+// the pictures of tests/reference.
+const float kNearShare = 0.3;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
