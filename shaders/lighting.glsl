@@ -5,6 +5,10 @@ const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
+// The grid of light contains most of the occlusion by tissue nearby. The rest is this fraction of the estimate, fitted to
+// the pictures of tests/reference.
+const float kNearShare = 0.3;
+
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
 
@@ -192,7 +196,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
-  if (kLightGrid) return front * arrives * lamp + around * opened;
+  if (kLightGrid) return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare);
   // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue; fitted likewise.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
   // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
@@ -220,6 +224,13 @@ struct Around {
   vec3 mirrored;  // for a surface that faces the direction of the reflection: irradiance over π
 };
 
+/// Fraction of the light around that a surface reflects towards a viewer at this cosine (Schlick). Without a grid of light
+/// a rough surface reflects less of the room, because it hides the room itself.
+vec3 grazing(vec3 f0, float rough, float nv) {
+  vec3 most = kLightGrid ? vec3(1.0) : f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
+  return f0 + (most - f0) * fifth_power(1.0 - nv);
+}
+
 /// Light that a surface reflects from the direction r.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
   return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
@@ -244,7 +255,7 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
   vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
-  vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
+  vec3 fr = grazing(f0, rough, nv);
   vec3 r = reflect(-v, n);
   return color + fr * reflected(r, rough, open, around);
 }
@@ -263,7 +274,7 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, A
   vec3 f0 = reflectance(look);
   float k = 0.5 * alpha;
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - max(dot(frame.key.xyz, half_way), 0.0));
-  vec3 fr = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
+  vec3 fr = grazing(f0, rough, nv);
   vec3 r = reflect(-v, n);
   CornerGloss out_gloss;
   out_gloss.broad = fr * reflected(r, rough, light.y, around);

@@ -14,13 +14,14 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 64;              // per sample of the grid
+constexpr int kRays = 48;              // per sample of the grid
 constexpr std::int32_t kNothing = -1;  // a ray that leaves the scene
 constexpr std::int32_t kBack = -2;     // a ray that meets the back of a triangle
 constexpr double kInside = 0.25;       // a sample whose rays meet more backs than this fraction is inside a body
 constexpr float kMargin = 20e-6f;      // m, distance from a surface at which a ray starts
 constexpr int kLampRays = 4;
-constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
+constexpr float kCurved = 0.15f;  // spacings by which a lookup on a curved surface differs from one on its triangle
+constexpr double kBegin = 0.5;    // distance from a surface, in spacings of the grid, at which its light is looked up
 
 /// Directions distributed evenly over the sphere (Fibonacci's spiral).
 std::array<glm::vec3, kRays> sphere_directions() {
@@ -297,15 +298,19 @@ struct LightScene::Impl {
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
-  /// Samples that the lookup at a surface may read: those around a triangle's box.
+  /// Samples that the lookup at a surface may read: those around the box of a triangle that is moved along its normal.
   void find_samples() {
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {
       const auto& c = t.corners;
       const glm::vec3 origin(empty.origin);
       const float scale = static_cast<float>(1 / empty.spacing);
-      const glm::vec3 lo = (glm::min(glm::min(c[0], c[1]), c[2]) - origin) * scale - static_cast<float>(kBegin);
-      const glm::vec3 hi = (glm::max(glm::max(c[0], c[1]), c[2]) - origin) * scale + static_cast<float>(kBegin);
+      const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+      const float length = glm::length(normal);
+      if (!(length > 0)) continue;
+      const glm::vec3 ahead = static_cast<float>(kBegin) * normal / length;
+      const glm::vec3 lo = (glm::min(glm::min(c[0], c[1]), c[2]) - origin) * scale + ahead - kCurved;
+      const glm::vec3 hi = (glm::max(glm::max(c[0], c[1]), c[2]) - origin) * scale + ahead + kCurved;
       const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(lo)), 0);
       const glm::ivec3 last = glm::min(glm::ivec3(glm::ceil(hi)), empty.size - 1);
       for (int x = first.x; x <= last.x; ++x)
