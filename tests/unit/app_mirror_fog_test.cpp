@@ -72,19 +72,20 @@ TEST(MirrorFog, AMirrorOutOfTheHandDriesAndGetsColdAgain) {
 
 TEST(MirrorFog, OnlyAPatientsMouthAndASprayChangeTheFog) {
   const auto scene = [](const char* name) { return read_scene(assets_folder() / "scenes" / name); };
-  EXPECT_TRUE(mirror_fog_of(scene("molar-caries.json")));
   EXPECT_FALSE(mirror_fog_of(scene("tooth-section.json")));
   ServoTick tick;
   tick.pedal = 1;
   tick.spindle = 30'000;
   const Scene molar = scene("molar-caries.json");
+  const std::optional<MirrorFog> fog = mirror_fog_of(molar);
+  ASSERT_TRUE(fog);
   MouthMirror mirror = glass();
   mirror.X_WM.p = molar.surroundings->margin;
-  EXPECT_TRUE(air_around(mirror, molar, tick, true).in_mouth);
-  EXPECT_EQ(air_around(mirror, molar, tick, true).water, 1);
-  EXPECT_EQ(air_around(mirror, molar, tick, false).water, 0);
+  EXPECT_TRUE(fog->air(mirror, tick, true).in_mouth);
+  EXPECT_EQ(fog->air(mirror, tick, true).water, 1);
+  EXPECT_EQ(fog->air(mirror, tick, false).water, 0);
   mirror.X_WM.p.z += 0.2;
-  EXPECT_FALSE(air_around(mirror, molar, tick, true).in_mouth);
+  EXPECT_FALSE(fog->air(mirror, tick, true).in_mouth);
 }
 
 }  // namespace

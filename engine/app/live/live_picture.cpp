@@ -320,7 +320,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   if (fog_) {
     const MouthMirror mirror = mirror_for({});
-    fog_->advance(std::min(dt, 0.1), mirror, air_around(mirror, scene_, tick, debris_ && debris_->spraying()));
+    fog_->advance(std::min(dt, 0.1), mirror, fog_->air(mirror, tick, debris_ && debris_->spraying()));
   }
   follow_implant(tick);
   if (gum_) follow_gum(tick);

@@ -35,18 +35,18 @@ double MirrorFog::fog() const {
   return std::round(64 * fog_) / 64;
 }
 
-std::optional<MirrorFog> mirror_fog_of(const Scene& scene) {
-  const bool breathes = scene.surroundings && scene.surroundings->mouth == Mouth::kPatient;
-  if (!breathes && !scene.spray) return std::nullopt;
-  return MirrorFog(scene.mouth_mirror.fog);
-}
-
-MirrorAir air_around(const MouthMirror& mirror, const Scene& scene, const ServoTick& tick, bool spraying) {
-  constexpr double kMouth = 50e-3;  // m, distance from the working tooth's neck within which the glass is in the mouth
-  const bool breathes = scene.surroundings && scene.surroundings->mouth == Mouth::kPatient;
-  return {.in_mouth = breathes && glm::length(mirror.X_WM.p - scene.surroundings->margin) < kMouth,
+MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
+  constexpr double kMouth = 50e-3;  // m, distance within which the glass is in the mouth
+  return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,
           .p_WT = tick.X_WG.p};
+}
+
+std::optional<MirrorFog> mirror_fog_of(const Scene& scene) {
+  std::optional<dvec3> mouth;
+  if (scene.surroundings && scene.surroundings->mouth == Mouth::kPatient) mouth = scene.surroundings->margin;
+  if (!mouth && !scene.spray) return std::nullopt;
+  return MirrorFog(scene.mouth_mirror.fog, mouth);
 }
 
 }  // namespace typodont

@@ -29,8 +29,11 @@ struct MirrorFogLaw {
 
 class MirrorFog {
  public:
-  /// `fog`: at the start, 0..1.
-  explicit MirrorFog(double fog = 0, const MirrorFogLaw& law = {}) : law_(law), fog_(fog) {}
+  /// `fog`: at the start, 0..1. `mouth`: m, W, a place in the mouth of a patient who breathes; empty: nobody breathes.
+  explicit MirrorFog(double fog = 0, const std::optional<dvec3>& mouth = {}, const MirrorFogLaw& law = {})
+      : law_(law), mouth_(mouth), fog_(fog) {}
+  /// The air around a mirror at this tick. `spraying`: the water is switched on.
+  MirrorAir air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const;
   /// Advances by dt seconds. The result does not depend on the length of the steps. Without a mirror (diameter 0) the
   /// glass is out of the mouth.
   void advance(double dt, const MouthMirror& mirror, const MirrorAir& air);
@@ -39,13 +42,12 @@ class MirrorFog {
 
  private:
   MirrorFogLaw law_;
+  std::optional<dvec3> mouth_;
   double fog_ = 0;
   double cold_ = 1;  // 1: temperature of the room, 0: of the mouth
 };
 
 /// The fog of a scene's mirror. Empty if the scene has neither a patient's mouth nor a spray: its fog is constant.
 std::optional<MirrorFog> mirror_fog_of(const Scene& scene);
-/// The air around a mirror at this tick. `spraying`: the water is switched on.
-MirrorAir air_around(const MouthMirror& mirror, const Scene& scene, const ServoTick& tick, bool spraying);
 
 }  // namespace typodont

@@ -117,7 +117,7 @@ class Side {
     }
     if (fog_) {
       const bool spraying = debris_ && debris_->spraying();
-      fog_->advance(std::clamp(dt, 0.0, 0.1), mirror_, air_around(mirror_, player_.scene(), player_.tick(), spraying));
+      fog_->advance(std::clamp(dt, 0.0, 0.1), mirror_, fog_->air(mirror_, player_.tick(), spraying));
       mirror_.fog = fog_->fog();
     }
     stage_->hold_mirror(mirror_);
