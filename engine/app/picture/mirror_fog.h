@@ -37,7 +37,8 @@ class MirrorFog {
   /// Advances by dt seconds. The result does not depend on the length of the steps. Without a mirror (diameter 0) the
   /// glass is out of the mouth.
   void advance(double dt, const MouthMirror& mirror, const MirrorAir& air);
-  /// 0: clear … 1: completely fogged; in steps of 1/64, so that a slow change does not redraw the glass in each frame.
+  /// 0: clear … 1: completely fogged; in steps of 1/64, so that a slow change does not redraw the glass in each
+  /// frame.
   double fog() const;
 
  private:
