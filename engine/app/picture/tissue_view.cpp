@@ -99,6 +99,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
   constexpr float kProbe = 3.5f;  // voxels between two probes; a gap in the tissue is usually wider
+  constexpr float kBeside = 2;    // voxels
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -107,9 +108,20 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
-    const auto leaves_at = [&](float way) { return !solid_.solid(volume, glm::ivec3(glm::floor(start - way * v.n))); };
+    const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
+    const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
+    // Below the edge of a thick body the probes lie in its side, but there is tissue beside them.
+    const auto all_empty_at = [&](float way) {
+      const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+      // at an angle to the voxels, so that one of the four lies in each quadrant
+      const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
+      const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
+      const glm::vec3 place = start - way * v.n;
+      return empty(place + along) && empty(place - along) && empty(place + across) && empty(place - across);
+    };
     for (float way = kProbe; way <= most; way += kProbe) {
       if (!leaves_at(way)) continue;
+      if (!all_empty_at(way)) break;
       float near = way - kProbe, far = way;
       for (int i = 0; i < 3; ++i) {
         const float middle = 0.5f * (near + far);
