@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <unordered_map>
 
+#include "engine/app/field/brick_update.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -20,8 +21,7 @@ class SolidBlocks {
   bool solid(const haptics::TissueVolume& volume, const glm::ivec3& voxel) {
     const glm::ivec3 key = voxel >> 3, in = voxel & 7;
     if (!last_ || key != last_key_) {
-      const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
-      const auto [found, fresh] = blocks_.try_emplace(part(key.x) << 42 | part(key.y) << 21 | part(key.z));
+      const auto [found, fresh] = blocks_.try_emplace(brick_number(key));
       if (fresh) volume.solid_block(key, found->second);
       last_ = &found->second;
       last_key_ = key;

@@ -99,7 +99,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
   constexpr float kProbe = 3.5f;  // voxels between two probes; a gap in the tissue is usually wider
-  constexpr float kBeside = 2;    // voxels
+  constexpr float kBeside = 2;    // voxels, distance of the probes beside the way
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
