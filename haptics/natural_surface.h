@@ -12,7 +12,7 @@ namespace typodont::haptics {
 /// Immutable, so that all copies of a volume can share it. Thread-safe.
 class NaturalSurface {
  public:
-  /// Reads all samples of the volume. Takes about 10 ms for a tooth.
+  /// Reads all samples of the volume. Takes about 1 ms for a tooth.
   explicit NaturalSurface(const TissueVolume& volume);
   /// 1 inside the tissue, 0 outside, about ½ at its surface: the eight samples around the point, weighted trilinearly.
   double inside(const glm::dvec3& p_W) const;

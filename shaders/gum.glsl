@@ -18,17 +18,6 @@ vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.25);
 }
 
-const float kPit = 0.30e-3;  // m, width of a pit of attached gum
-
-/// Brightness of stippled gum where light is computed per vertex: the side of a pit that faces the lamp is brighter.
-/// `p`: m, mesh; `mobile`: share of mucosa in gum; `pixel`: size of a pixel on the surface, m.
-float stippling(vec3 p, vec3 n, float mobile, float pixel) {
-  float seen = resolved(kPit, pixel) * (1.0 - smoothstep(0.2, 0.6, mobile));
-  vec3 l = frame.key.xyz - n * dot(n, frame.key.xyz);
-  vec3 q = (p + 0.25 * p.yzx) / kPit;  // skewed, so that no pit follows the axes of the noise's lattice
-  return 1.0 + 0.75 * seen * (noise(q) - noise(q + 0.4 * (l + 0.25 * l.yzx)));
-}
-
 /// `p`: m, mesh; `mobile`: share of mucosa in gum, 0..1. Changes the colour, the normal of the surface and the normal of
 /// the wet film.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
@@ -38,7 +27,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
     if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
-    n = pitted(smooth_normal, p, kPit, 0.08 * attached);
+    n = pitted(smooth_normal, p, 0.30e-3, 0.08 * attached);
     gloss_normal = bumped(n, p, 1.1e-3, 0.06);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));

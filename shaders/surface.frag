@@ -101,8 +101,6 @@ void main() {
     return;
   }
   if (kLightPerVertex) {
-    if (holds(kHoldsGum) && main_tissue == kGingiva && kView == 0)
-      color *= stippling(in_mesh_position, n, in_first.w, length(fwidth(in_mesh_position)));
     // The highlight keeps its energy when it is widened.
     float width = filtered_width(in_lamp.w, n);
     vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);

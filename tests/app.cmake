@@ -47,7 +47,7 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
 endif()
 typodont_test(bench_expert KIND bench SOURCES bench/expert_bench_test.cpp LIBS typodont_app TIMEOUT 900)
 typodont_test(unit_app_mouse KIND unit SOURCES unit/app_mouse_hand_test.cpp support/mouse_user.cpp LIBS typodont_app)
-typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)
+typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp unit/app_mirror_fog_test.cpp LIBS typodont_app)
 typodont_test(unit_experiment KIND unit SOURCES unit/experiment_test.cpp LIBS typodont_app)
 typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS typodont_app)
 typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp LIBS typodont_app)

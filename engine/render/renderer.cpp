@@ -317,6 +317,7 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
+    now.mirror.y = before.mirror.y;  // fog: the tiles of the glass are drawn in every frame
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // Everything is redrawn in three cases: for a headset, because its eyes always move; for glass, because glass

@@ -98,6 +98,25 @@ TEST_P(ChangedPixels, OnlyChangedTilesAreDrawnAndThePictureEqualsAFullRedraw) {
   EXPECT_LT(least, 0.6) << "so little was ever enough";
 }
 
+TEST(ChangedFog, RedrawsTheGlassAloneAndThePictureEqualsAFullRedraw) {
+  const render::Quality& quality = render::kQualityLadder[4];
+  const auto tooth = tooth_mesh(0, 0.6e-3);
+  Scene changing(quality, tooth, true);
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  frame.mirror = {{dvec3(0, 2e-3, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0.4, -0.6, 0.8)))}, 8e-3, 0};
+  changing.stage.draw(frame);
+  for (const double fog : {0.3, 0.8, 0.1}) {
+    frame.mirror.fog = fog;
+    const render::FrameStats stats = changing.stage.draw(frame);
+    EXPECT_TRUE(stats.drawn);
+    EXPECT_LT(stats.redrawn, 0.5);
+    Scene fresh(quality, tooth, false);
+    fresh.stage.draw(frame);
+    for (int e = 0; e < 2; ++e) EXPECT_EQ(compare(changing.stage.eye(e), fresh.stage.eye(e), 0).pixels, 0) << fog;
+  }
+  EXPECT_EQ(changing.stage.device.validation_messages(), 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Steps, ChangedPixels, testing::Values(1, 4, 6));
 
 }  // namespace

@@ -579,5 +579,19 @@ TEST(ThinTissue, ItsThinnessFollowsItsThickness) {
   }
 }
 
+TEST(ThinTissue, TheEdgesOfAThickBlockAreNotThin) {
+  haptics::TissueVolume block =
+      solids(R"({"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [5, 5.3, 4.7]}}})");
+  TissueView view;
+  int all = 0;
+  for (const auto& brick : view.update(block))
+    for (const auto& v : brick.vertices) {
+      const dvec3 p = block.frame().origin + dvec3(v.p);
+      EXPECT_EQ(v.thin, 0) << p.x << " " << p.y << " " << p.z;
+      ++all;
+    }
+  EXPECT_GT(all, 20);
+}
+
 }  // namespace
 }  // namespace typodont

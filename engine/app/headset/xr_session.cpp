@@ -19,6 +19,7 @@
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
+#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/surroundings/surroundings.h"
@@ -81,8 +82,9 @@ struct XrSession::Thread {
   Surroundings surroundings;
   MouthMirror mirror;  // the scene's mirror at its initial pose, or at the other hand's pose
   MouthMirror scene_mirror;
-  SuctionTip suction_tip;  // the scene's tip, at its initial pose
-  int mirror_hand = -1;    // index of the controller that holds the mouth mirror
+  std::optional<MirrorFog> fog;  // empty: the fog of the mouth mirror is constant
+  SuctionTip suction_tip;        // the scene's tip, at its initial pose
+  int mirror_hand = -1;          // index of the controller that holds the mouth mirror
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -114,6 +116,7 @@ struct XrSession::Thread {
     surroundings = make_surroundings(scene.surroundings);
     if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
     mirror = scene_mirror = scene.mouth_mirror;
+    fog = mirror_fog_of(scene);
     suction_tip = scene.suction_tip;
     if (debris && scene.suction_on && scene.suction) debris->suck(scene.suction);
   }
@@ -208,6 +211,10 @@ struct XrSession::Thread {
       for (const display::HmdHand& hand : frame.hands)
         if (hand.change_tool) choose_next_tool(tick);
       hold_mirror(frame);
+      if (fog) {
+        fog->advance(std::min(dt, 0.1), mirror, fog->air(mirror, tick, debris && debris->spraying()));
+        mirror.fog = fog->fog();
+      }
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
       const XrStage::Scenery scenery{tick,

@@ -40,6 +40,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
       revived_(-kReviveInterval) {
+  if (left_hand || scene.mouth_mirror.diameter > 0) fog_ = mirror_fog_of(scene);
   if (!session.gum) return;
   gum_.emplace(session.gum, around_);
   session.wiring.gum_moves = std::make_unique<Ring<haptics::SoftMove>>(1 << 12);
@@ -216,7 +217,10 @@ void LivePicture::collect() {
 
 MouthMirror LivePicture::mirror_for(const Look& look) {
   if (!look.mirror) return {};
-  return left_hand_ && !hand_holds_suction(scene_) ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+  MouthMirror mirror =
+      left_hand_ && !hand_holds_suction(scene_) ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+  if (fog_ && mirror.diameter > 0) mirror.fog = fog_->fog();
+  return mirror;
 }
 
 SuctionTip LivePicture::tip_for(const Look& look) {
@@ -314,6 +318,10 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     if (wiring.suction_tip.fetch() && debris_) suck(sucking_);
   } else if (left_hand_) {
     wiring.mouth_mirror.fetch();
+  }
+  if (fog_) {
+    const MouthMirror mirror = mirror_for({});
+    fog_->advance(std::min(dt, 0.1), mirror, fog_->air(mirror, tick, debris_ && debris_->spraying()));
   }
   follow_implant(tick);
   if (gum_) follow_gum(tick);

@@ -13,6 +13,7 @@
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
+#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/soft_gum_view.h"
@@ -119,6 +120,7 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissues' colours as displayed
   Surroundings around_;                      // surroundings of the tooth
+  std::optional<MirrorFog> fog_;             // empty: the fog of the mouth mirror is constant
   std::optional<SoftGumView> gum_;           // empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // bounds of the tissue in world coordinates
   QualityLadder ladder_;

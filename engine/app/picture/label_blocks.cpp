@@ -15,8 +15,7 @@ const LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume
   if (found) return *found;
   if (used_ == blocks_.size()) blocks_.push_back(std::make_unique_for_overwrite<Block>());
   Block& fresh = *blocks_[used_++];
-  volume.copy(kSide * key, glm::ivec3(kSide), distance_.data(), fresh.labels.data());
-  for (std::size_t i = 0; i < distance_.size(); ++i) fresh.outside[i] = distance_[i] > 0;
+  volume.copy(kSide * key, glm::ivec3(kSide), nullptr, fresh.labels.data());
   drawn_as_.apply(fresh.labels);
   std::uint8_t some = 0;
   for (const Tissue t : fresh.labels) some = std::max(some, static_cast<std::uint8_t>(t));
@@ -43,7 +42,7 @@ void LabelBlocks::look_at(const haptics::TissueVolume& volume, const glm::ivec3&
     for (key.y = first.y; key.y <= last.y; ++key.y)
       for (key.z = first.z; key.z <= last.z; ++key.z) {
         const Block& b = block(volume, key);
-        around_.push_back(&b);
+        around_.push_back(&b.labels);
         if (b.empty) continue;
         several = several || b.only == Tissue::kAir || (only_ != Tissue::kAir && b.only != only_);
         only_ = b.only;

@@ -1,9 +1,8 @@
-// Tissue labels around pieces of surface, in blocks that are read from the carver's volume only once. A cut leaves the
-// labels of the tissue that it removes, so each block also stores which voxels are empty now. Carver's thread.
+// Tissue labels around pieces of surface, in blocks that are read from the carver's volume only once. Each block stores
+// whether it contains more than one tissue. Carver's thread.
 #pragma once
 
 #include <array>
-#include <bitset>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
@@ -23,9 +22,11 @@ class LabelBlocks {
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
   /// Origin of the coordinates of at(), in voxels: within the loaded range these coordinates are positive.
   const glm::ivec3& origin() const { return origin_; }
-  Tissue at(const glm::ivec3& i) const { return block_at(i).labels[inside(i)]; }
-  /// True if the voxel's centre lies outside the tissue. It may have a label nevertheless.
-  bool empty(const glm::ivec3& i) const { return block_at(i).outside[inside(i)]; }
+  Tissue at(const glm::ivec3& i) const {
+    const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
+    return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
+        in.x << 2 * kShift | in.y << kShift | in.z)];
+  }
   /// The only tissue besides air in all loaded blocks; air if there are several or none.
   Tissue only() const { return only_; }
 
@@ -34,28 +35,17 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    std::bitset<kSide * kSide * kSide> outside;  // voxels whose centre lies outside the tissue
     Tissue only;  // the only tissue besides air in this block; air if there are several or none
     bool empty;   // contains only air
   };
 
-  const Block& block_at(const glm::ivec3& i) const {
-    const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift);
-    return *around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)];
-  }
-  /// Index of a voxel in its block.
-  static std::size_t inside(const glm::ivec3& i) {
-    return static_cast<std::size_t>((i.x & kMask) << 2 * kShift | (i.y & kMask) << kShift | (i.z & kMask));
-  }
-
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  std::array<float, kSide * kSide * kSide> distance_;  // voxels, of the block that is read
-  std::vector<std::unique_ptr<Block>> blocks_;         // blocks of labels; the first `used_` are valid
+  std::vector<std::unique_ptr<Block>> blocks_;  // blocks of labels; the first `used_` are valid
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
-  std::vector<const Block*> around_;
+  std::vector<const Labels*> around_;
   glm::ivec3 origin_{0}, count_{0};
   Tissue only_ = Tissue::kAir;
 };

@@ -96,23 +96,40 @@ bool translucent(Tissue tissue) {
 
 void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
-  const dvec3& volume_origin = volume.frame().origin;
+  const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  const dvec3 origin = dvec3(labels_.origin()) - 0.5;  // all coordinates are positive, so truncation rounds
+  constexpr float kProbe = 3.5f;  // voxels between two probes; a gap in the tissue is usually wider
+  constexpr float kBeside = 2;    // voxels, distance of the probes beside the way
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
-    const glm::vec3 start(dvec3(v.p) / voxel - origin);
     if (natural) {
-      const double before = natural->inside(volume_origin + dvec3(v.p) + kCutSeen * voxel * dvec3(v.n));
+      const double before = natural->inside(origin + dvec3(v.p) + kCutSeen * voxel * dvec3(v.n));
       v.cut = static_cast<float>(std::clamp(2 * before - 0.5, 0.0, 1.0));
     }
-    constexpr float kStep = 0.75f;  // voxels
-    for (float way = 1.5f; way < most; way += kStep)
-      if (labels_.empty(glm::ivec3(start - way * v.n))) {
-        v.thin = 1 - (way - 0.5f * kStep) * static_cast<float>(voxel / render::kTranslucentThickness);
-        break;
+    const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
+    const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
+    const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
+    // Below the edge of a thick body the probes lie in its side, but there is tissue beside them.
+    const auto all_empty_at = [&](float way) {
+      const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+      // at an angle to the voxels, so that one of the four lies in each quadrant
+      const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
+      const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
+      const glm::vec3 place = start - way * v.n;
+      return empty(place + along) && empty(place - along) && empty(place + across) && empty(place - across);
+    };
+    for (float way = kProbe; way <= most; way += kProbe) {
+      if (!leaves_at(way)) continue;
+      if (!all_empty_at(way)) break;
+      float near = way - kProbe, far = way;
+      for (int i = 0; i < 3; ++i) {
+        const float middle = 0.5f * (near + far);
+        (leaves_at(middle) ? far : near) = middle;
       }
+      v.thin = 1 - 0.5f * (near + far) * static_cast<float>(voxel / render::kTranslucentThickness);
+      break;
+    }
   }
 }
 
@@ -120,20 +137,18 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
+  find_cuts_and_edges(volume, update);
   // Range of labels to load: below the vertices and slightly around them.
-  const auto within = [&](double depth) {  // voxels
-    return static_cast<float>(std::min(depth / voxel, static_cast<double>(kSearchDepth)));
+  const auto reach_of = [&](const render::Vertex& v) {  // voxels
+    return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
-  const auto reach_of = [&](const render::Vertex& v) { return within(translucency_depth(own(v))); };
   glm::vec3 low(update.vertices.front().p), high(low);
   for (const render::Vertex& v : update.vertices) {
-    const double depth = std::max(translucency_depth(own(v)), render::kTranslucentThickness);
-    const glm::vec3 end = v.p - within(depth) * static_cast<float>(voxel) * v.n;
+    const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  find_cuts_and_edges(volume, update);
   // If there is only one tissue, nothing shines through and no boundary exists.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
@@ -217,6 +232,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   }
   std::vector<render::MeshUpdate> updates;
   labels_.forget();
+  solid_.forget();
   for (const glm::ivec3& key : mesher_.remesh()) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
     find_tissue_below(volume, updates.back());
@@ -226,6 +242,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
 
 std::vector<render::MeshUpdate> TissueView::update(haptics::TissueSurface& surface) {
   const haptics::TissueVolume& labels = surface.labels();
+  solid_.forget();
   std::vector<render::MeshUpdate> updates;
   for (const haptics::SurfacePiece& piece : surface.take_changed()) {
     render::MeshUpdate& update = updates.emplace_back();

@@ -9,6 +9,7 @@
 
 #include "engine/app/field/brick_update.h"
 #include "engine/app/picture/label_blocks.h"
+#include "engine/app/picture/solid_blocks.h"
 #include "engine/app/tissue/drawn_as.h"
 #include "engine/render/renderer.h"
 #include "engine/surface/mesh_export.h"
@@ -57,11 +58,12 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Sets Vertex::cut and Vertex::thin. The labels around the brick must be loaded.
+  /// Sets Vertex::cut and Vertex::thin.
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
   LabelBlocks labels_;  // labels around the bricks of this update
+  SolidBlocks solid_;   // samples in tissue around the bricks of this update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;

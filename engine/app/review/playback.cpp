@@ -15,6 +15,7 @@
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/magnify.h"
+#include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/pair_stage.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -70,7 +71,9 @@ class Side {
     around_ = make_surroundings(player_.scene().surroundings);
     stage.surround(around_);
     if (auto gum = soft_gum(player_.scene().surroundings)) gum_.emplace(player_, std::move(gum), around_);
-    stage.hold_mirror(player_.scene().mouth_mirror);
+    mirror_ = player_.scene().mouth_mirror;
+    fog_ = mirror_fog_of(player_.scene());
+    stage.hold_mirror(mirror_);
     stage.hold_suction(player_.scene().suction_tip);
     const double voxel = player_.tissue().frame().voxel;
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
@@ -115,6 +118,12 @@ class Side {
       debris_->step(std::clamp(dt, 0.0, 0.1));
       stage_->show_film(debris_->film());
     }
+    if (fog_) {
+      const bool spraying = debris_ && debris_->spraying();
+      fog_->advance(std::clamp(dt, 0.0, 0.1), mirror_, fog_->air(mirror_, player_.tick(), spraying));
+      mirror_.fog = fog_->fog();
+    }
+    stage_->hold_mirror(mirror_);
   }
   /// Chooses the level of detail for the next picture from the statistics of the last one.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
@@ -144,7 +153,10 @@ class Side {
     nozzle_ = scene.suction;
     const std::optional<OtherHand> hand = player_.other_hand();
     if (!hand) return;
-    if (!hand_holds_suction(scene)) return stage_->hold_mirror(held(scene.mouth_mirror, hand->X_WT));
+    if (!hand_holds_suction(scene)) {
+      mirror_ = held(scene.mouth_mirror, hand->X_WT);
+      return;
+    }
     SuctionTip tip = scene.suction_tip;
     tip.X_WS = hand->X_WT;
     stage_->hold_suction(tip);
@@ -196,6 +208,8 @@ class Side {
   std::optional<SoftGumPlayer> gum_;  // empty if the gum is rigid
   std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
+  MouthMirror mirror_;
+  std::optional<MirrorFog> fog_;  // empty: the fog of the mouth mirror is constant
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<debris::Suction> nozzle_;
   std::string view_ = "look";
