@@ -338,6 +338,17 @@ IntraoralScan::IntraoralScan(const std::filesystem::path& file, double unit) {
 IntraoralScan::~IntraoralScan() = default;
 IntraoralScan::IntraoralScan(IntraoralScan&&) noexcept = default;
 
+TissueMesh IntraoralScan::mesh() const {
+  TissueMesh mesh;
+  mesh.vertices = surface_->mesh.points;
+  for (std::size_t t = 0; t < surface_->scanned; ++t) {
+    const auto& c = surface_->mesh.corners[t];
+    mesh.triangles.emplace_back(c[0], c[1], c[2]);
+  }
+  mesh.tissue.assign(mesh.triangles.size(), Tissue::kEnamel);
+  return mesh;
+}
+
 const std::vector<std::string>& IntraoralScan::repairs() const {
   return surface_->repairs;
 }

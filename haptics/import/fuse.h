@@ -11,6 +11,7 @@
 
 #include "engine/base/pose.h"
 #include "haptics/dense_tissue.h"
+#include "haptics/tissue_mesh.h"
 
 namespace typodont::haptics {
 
@@ -36,6 +37,8 @@ class IntraoralScan {
   /// Points spread evenly over the scanned surface, without the base. Each point represents the area area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², of the scanned surface
+  /// The scanned surface without the base, in S.
+  TissueMesh mesh() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }
 

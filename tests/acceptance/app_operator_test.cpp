@@ -13,6 +13,7 @@
 #include "tests/support/desktop.h"
 #include "tests/support/dicom_files.h"
 #include "tests/support/drop_source.h"
+#include "tests/support/fuse_phantom.h"
 #include "tests/support/program.h"
 
 namespace typodont::test {
@@ -583,6 +584,42 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
     if (entry.is_regular_file()) all += read_text(entry.path().string());
   }
   for (const char* secret : {"HUSH", "HANNAH", kPatientId, kBirthDate}) EXPECT_EQ(all.find(secret), std::string::npos);
+}
+
+TEST_F(OperatorWindow, AnIntraoralScanIsLaidOverAJawByThreePairsOfClicks) {
+  const Pose X_CS{dvec3(0.02, -0.03, 0.05), glm::angleAxis(2.0, glm::normalize(dvec3(1, 2, -1)))};
+  const std::filesystem::path mesh = write_stl("crowns.stl", scanned(X_CS, 1)),
+                              scan = write_nrrd("jaw.nrrd", jaw().phantom(), bytes_as<float>(jaw().scan()), "float");
+  Program program(folder);
+  open(program);
+  const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
+  EXPECT_TRUE(drop_on(window, {scan.string()}));
+  program.wait_for("labels computed: coarse");
+  press("4");
+  program.wait_for("labels computed: full");
+  EXPECT_TRUE(drop_on(window, {mesh.string()}));
+  program.wait_for("surfaces ready");
+  EXPECT_TRUE(eventually([&] { return colours({20, 75}, {460, 510}) > 100; })) << "no surface";
+  // The first tooth, the second one, and the first one's rim, in the scan (turned by 59°) and in the CT.
+  for (const auto& [x, y] : {std::pair{200, 355}, {644, 293}, {270, 239}, {752, 293}, {166, 334}, {644, 262}}) {
+    Desktop::xdotool(fmt::format("mousemove {} {}", x, y));
+    std::this_thread::sleep_for(200ms);
+    Desktop::xdotool("mousedown 1");
+    std::this_thread::sleep_for(150ms);
+    Desktop::xdotool("mouseup 1");
+    std::this_thread::sleep_for(300ms);
+  }
+  press("2");
+  const std::string registered = program.wait_for("registered: ");
+  double median = 0, error = 0;
+  ASSERT_EQ(std::sscanf(registered.c_str(), "%lf mm median, ± %lf mm", &median, &error), 2) << registered;
+  EXPECT_LT(median, 0.05);
+  EXPECT_LT(error, 0.05);
+  press("3");
+  EXPECT_GT(std::stod(program.wait_for("crowns replaced: ")), 200);
+  EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Scan$'").empty(); }));
+  press("ctrl+b");
+  program.wait_for("imported: ");
 }
 
 TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {

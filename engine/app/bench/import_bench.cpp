@@ -8,13 +8,17 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "engine/app/bench/parts.h"
+#include "engine/app/planning/scan_review.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
+#include "haptics/import/scan_volume.h"
 
 namespace typodont {
 
@@ -78,6 +82,62 @@ void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel
   }
 }
 
+/// Grey value of a lower jaw with fourteen teeth along half a circle, Hounsfield units. `q`: mm from the circle's
+/// centre.
+double jaw_grey(const dvec3& q) {
+  constexpr double kArch = 25, kTeeth = 14, kApart = 4.0 / kTeeth * 0.7;  // mm; number; rad
+  const double angle = std::atan2(q.y, q.x), across = std::hypot(q.x, q.y) - kArch;
+  const double nearest = kApart * std::round((angle - kPi / 2) / kApart - 0.5) + kApart * 0.5;  // rad from the middle
+  const double along = kArch * (angle - kPi / 2 - nearest);
+  const bool in_row = std::abs(nearest) < kApart * kTeeth / 2 && q.y > 0;
+  const double out = std::hypot(across, along);
+  if (in_row && q.z > 10) {
+    const auto cap = [&](double wide, double high) {
+      return out * out / (wide * wide) + (q.z - 14) * (q.z - 14) / (high * high) < 1;
+    };
+    if (cap(1, 2)) return 60;
+    if (cap(2.2, 3.6)) return 1650;
+    if (cap(3.2, 4.6)) return 2800;
+  }
+  if (in_row && q.z > -3 && q.z <= 10) {
+    const double root = 2.2 * std::sqrt((q.z + 3) / 13);
+    if (out < 0.5) return 60;
+    if (out < root) return 1650;
+    if (out < root + 0.3) return 50;
+    if (out < root + 0.9) return 1500;
+  }
+  const double bone = std::hypot(across / 6, q.z / 10);
+  if (q.y > 0 && bone < 1) {
+    const double canal = std::hypot(across, q.z + 5);
+    if (canal < 1.3) return 60;
+    return bone > 0.75 || canal < 1.8 ? 1500 : 450;
+  }
+  return q.z > 11 ? -1000 : 50;
+}
+
+/// Writes a cone beam CT of a lower jaw, with voxels of `voxel` mm and noise.
+void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
+  std::ofstream out(file, std::ios::binary);
+  out << fmt::format(
+      "NRRD0004\ntype: short\ndimension: 3\nsizes: {} {} {}\nspacings: {} {} {}\nendian: little\nencoding: raw\n\n",
+      size.x, size.y, size.z, voxel, voxel, voxel);
+  std::minstd_rand random(1);
+  std::vector<std::int16_t> row(static_cast<std::size_t>(size.x));
+  const dvec3 centre(0.5 * size.x * voxel, 0.2 * size.y * voxel, 0.45 * size.z * voxel);
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        double sum = 0;  // partial volume, from eight points of the voxel
+        for (int k = 0; k < 8; ++k)
+          sum += jaw_grey((dvec3(x, y, z) + 0.5 * dvec3(k & 1, k >> 1 & 1, k >> 2)) * voxel - centre);
+        row[static_cast<std::size_t>(x)] =
+            static_cast<std::int16_t>(std::lround(sum / 8) + static_cast<int>(random() % 140) - 70);
+      }
+      out.write(reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof row[0]));
+    }
+  }
+}
+
 /// Writes a ball that is as large as a bone. `radius`: mm.
 void write_ball(const fs::path& file, double radius) {
   constexpr int kRings = 100;
@@ -98,13 +158,13 @@ void write_ball(const fs::path& file, double radius) {
   }
 }
 
-void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, const fs::path& file,
-             const haptics::ImportOptions& options, double voxels) {
+void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
+             const std::function<haptics::Imported()>& import) {
   const double before = Memory::now(), start = processor_seconds();
   Memory::start();
   double estimate = 0;
   {
-    const haptics::Imported imported = haptics::import_tissue(file, options);
+    const haptics::Imported imported = import();
     estimate = imported.report.memory;
     if (voxels == 0) {
       const glm::dvec3 size(imported.report.size);
@@ -116,7 +176,7 @@ void measure(std::vector<BenchRow>& rows, const std::string& name, const std::st
   row.name = name;
   row.knob = knob;
   row.error = bytes * 1e-6;
-  row.error_unit = fmt::format("MB at most (estimated before: {:.0f})", estimate * 1e-6);
+  row.error_unit = fmt::format("MB at most (estimated before: {:.0f}); {:.1f} s in all", estimate * 1e-6, seconds);
   row.time_ns = seconds * 1e9 / voxels;
   row.per = "voxel";
   row.size = voxels;
@@ -148,14 +208,39 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     const dvec3 voxel(230.0 / size.x, 230.0 / size.y, run.quick ? 0.45 * 140 / size.z : 0.45);
     write_head(file, size, voxel);
     const dvec3 count(size);
-    measure(rows, "scan of a head", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel.x), file, bone,
-            count.x * count.y * count.z);
+    measure(rows, "scan of a head", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel.x),
+            count.x * count.y * count.z, [&] { return haptics::import_tissue(file, bone); });
+  }
+  {
+    const fs::path file = folder / "jaw.nrrd";
+    const glm::ivec3 size = run.quick ? glm::ivec3(96, 64, 48) : glm::ivec3(280, 190, 130);
+    const double voxel = 0.25 * 280 / size.x;  // mm
+    write_jaw(file, size, voxel);
+    haptics::ImportOptions jaw;
+    jaw.greys = false;
+    jaw.preset = haptics::ImportPreset::kJaw;
+    const std::string knob = fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel);
+    const double all = static_cast<double>(size.x) * size.y * size.z;
+    measure(rows, "cone beam CT of a lower jaw", knob, all, [&] { return haptics::import_tissue(file, jaw); });
+    std::shared_ptr<const haptics::ScanVolume> scan;
+    measure(rows, "the same in the window: read, and coarse labels", knob, all, [&] {
+      scan = std::make_shared<const haptics::ScanVolume>(file, jaw);
+      return scan->import(ScanReview(scan).request()->options);
+    });
+    ScanReview review(scan);
+    const dvec3 extent = scan->hi() - scan->lo();
+    review.set_region({scan->lo() + 0.3 * extent, scan->lo() + 0.7 * extent});
+    measure(rows, "coarse labels while a wall is dragged", "a box of 40 %", all * std::pow(0.4, 3),
+            [&] { return scan->import(review.request()->options); });
+    measure(rows, "exact labels of the box", "a box of 40 %", all * std::pow(0.4, 3),
+            [&] { return scan->import(review.options()); });
   }
   const fs::path ball = folder / "ball.obj";
   write_ball(ball, 40);
   for (const double mm : run.quick ? std::vector<double>{1.0} : std::vector<double>{0.5, 0.3}) {
     bone.voxel = mm * kMillimetre;
-    measure(rows, "mesh of 80 mm", fmt::format("voxel {:g} mm", mm), ball, bone, 0);
+    measure(rows, "mesh of 80 mm", fmt::format("voxel {:g} mm", mm), 0,
+            [&] { return haptics::import_tissue(ball, bone); });
   }
   return rows;
 }

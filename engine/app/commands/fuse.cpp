@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/calibration_files.h"
-#include "calibration/surface_solver.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/planning/scan_fusion.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
@@ -24,10 +24,6 @@
 namespace typodont {
 
 namespace {
-
-constexpr double kClickNoise = 0.5e-3;     // m, standard deviation per axis of points clicked on a scan and in a CT
-constexpr double kPointSpacing = 0.25e-3;  // m, distance between the points of the scan that are registered
-constexpr double kLeastPoints = 2000, kMostPoints = 40000;
 
 struct Arguments {
   std::string volume, scan, pairs, out, preview;
@@ -53,49 +49,6 @@ haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std
   return dense;
 }
 
-calibration::RegistrationResult register_clicks(const Arguments& a) {
-  const calibration::PointPairs pairs = calibration::read_pairs(a.pairs, "s", "c");
-  if (pairs.H.size() < 3) {
-    throw Error(a.pairs, "", fmt::format("{} pairs", pairs.H.size()), "three pairs of points or more, not on one line");
-  }
-  calibration::RegistrationOptions options;
-  options.known_sigma = kClickNoise;
-  calibration::RegistrationResult start = calibration::register_points(pairs.H, pairs.D, options);
-  // Noisy clicks are accepted: the fine registration decides whether they were good enough.
-  const calibration::Defect defect = start.degeneracy.defect;
-  if (defect != calibration::Defect::kNone && defect != calibration::Defect::kNoise) {
-    throw Error(a.pairs, "",
-                fmt::format("pairs that do not give a pose (H: the scan, D: the CT): {}", start.degeneracy.reason),
-                "three pairs or more of the same points in scan and CT, in mm and not on one line");
-  }
-  if (!start.rivals.empty()) {
-    throw Error(a.pairs, "",
-                fmt::format("{} pairs that agree on one pose and {} on another", start.inliers.size(),
-                            start.rivals.front().pairs.size()),
-                "pairs of the same points in scan and CT");
-  }
-  return start;
-}
-
-calibration::SurfaceRegistration register_scan(const Arguments& a, const haptics::IntraoralScan& scan,
-                                               const haptics::DenseTissue& ct, const Pose& X_CS_start) {
-  calibration::SurfaceOptions options;
-  const double count = std::clamp(scan.area() / (kPointSpacing * kPointSpacing), kLeastPoints, kMostPoints);
-  std::vector<calibration::SurfacePoint> points;
-  for (const haptics::ScanPoint& p : scan.points(static_cast<std::size_t>(count))) points.push_back({p.p_S, p.n_S});
-  options.point_area = scan.area() / static_cast<double>(points.size());
-  options.start_reach = std::min(options.start_reach, 0.95 * ct.band);
-  options.resolution = ct.frame.voxel;
-  const haptics::ToothField teeth(ct);
-  const auto field = [&](const dvec3& p_C) -> calibration::FieldSample {
-    const haptics::ToothField::Value v = teeth.at(p_C);
-    return {v.tooth, v.distance, v.gradient};
-  };
-  calibration::SurfaceRegistration fine = calibration::register_surface(points, field, X_CS_start, options);
-  if (!fine.distrust.empty()) throw Error(fmt::format("{}: fine registration: {}", a.scan, fine.distrust));
-  return fine;
-}
-
 nlohmann::ordered_json volumes_json(const PerTissue& volume) {
   nlohmann::ordered_json j = nlohmann::ordered_json::object();
   for (std::size_t t = 0; t < volume.size(); ++t) {
@@ -105,8 +58,7 @@ nlohmann::ordered_json volumes_json(const PerTissue& volume) {
 }
 
 struct Outcome {
-  calibration::RegistrationResult start;
-  calibration::SurfaceRegistration fine;
+  ScanRegistration registration;
   haptics::FuseReport fused;
   PerTissue before{}, after{};
   double voxel = 0;
@@ -114,14 +66,14 @@ struct Outcome {
 };
 
 nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const haptics::IntraoralScan& scan) {
-  const auto& [p, R] = o.fine.X_DS;
+  const auto& [p, R] = o.registration.fine.X_DS;
   nlohmann::ordered_json j;
   j["volume"] = a.volume, j["scan"] = a.scan, j["out"] = a.out;
   j["voxel_mm"] = o.voxel / kMillimetre;
   j["repairs"] = scan.repairs();
-  j["start"] = {{"pairs_used", o.start.inliers.size()},
-                {"pairs_set_aside", o.start.outliers.size()},
-                {"rms_mm", o.start.fre_rms / kMillimetre}};
+  j["start"] = {{"pairs_used", o.registration.start.inliers.size()},
+                {"pairs_set_aside", o.registration.start.outliers.size()},
+                {"rms_mm", o.registration.start.fre_rms / kMillimetre}};
   nlohmann::ordered_json& fine = j["registration"];
   fine["X_CS"] = {{"translation_mm", {p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre}},
                   {"quaternion_wxyz", {R.w, R.x, R.y, R.z}}};
@@ -130,17 +82,17 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
     nlohmann::ordered_json values;
     for (std::size_t column = 0; column < 6; ++column) {
       const double unit = (row < 3 ? 1 : kMillimetre) * (column < 3 ? 1 : kMillimetre);
-      values.push_back(o.fine.covariance[6 * row + column] / unit);
+      values.push_back(o.registration.fine.covariance[6 * row + column] / unit);
     }
     fine["covariance"].push_back(values);
   }
-  fine["predicted_error_mm"] = o.fine.predicted_error / kMillimetre;
-  fine["residual_median_mm"] = o.fine.median / kMillimetre;
-  fine["residual_95_mm"] = o.fine.most_of / kMillimetre;
-  fine["offset_mm"] = o.fine.offset / kMillimetre;
-  fine["agreement_share"] = o.fine.agreement;
-  fine["area_mm2"] = o.fine.area / kSquareMillimetre;
-  fine["rounds"] = o.fine.rounds;
+  fine["predicted_error_mm"] = o.registration.fine.predicted_error / kMillimetre;
+  fine["residual_median_mm"] = o.registration.fine.median / kMillimetre;
+  fine["residual_95_mm"] = o.registration.fine.most_of / kMillimetre;
+  fine["offset_mm"] = o.registration.fine.offset / kMillimetre;
+  fine["agreement_share"] = o.registration.fine.agreement;
+  fine["area_mm2"] = o.registration.fine.area / kSquareMillimetre;
+  fine["rounds"] = o.registration.fine.rounds;
   j["scanned_area_mm2"] = o.fused.scanned_area / kSquareMillimetre;
   j["covered_area_mm2"] = o.fused.covered_area / kSquareMillimetre;
   j["moved_mm"] = {{"mean", o.fused.mean / kMillimetre},
@@ -155,13 +107,15 @@ std::string as_text(const Outcome& o, const Arguments& a, const haptics::Intraor
   std::string s;
   const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<18}{}\n", name, text); };
   for (const std::string& repair : scan.repairs()) line("repaired", repair);
-  line("start", fmt::format("{} pairs used, {} set aside, {:.2f} mm rms residual", o.start.inliers.size(),
-                            o.start.outliers.size(), o.start.fre_rms / kMillimetre));
+  line("start", fmt::format("{} pairs used, {} set aside, {:.2f} mm rms residual", o.registration.start.inliers.size(),
+                            o.registration.start.outliers.size(), o.registration.start.fre_rms / kMillimetre));
   line("registration",
        fmt::format("± {:.3f} mm at the crowns; residual {:.3f} mm (median), {:.3f} mm (95 %)",
-                   o.fine.predicted_error / kMillimetre, o.fine.median / kMillimetre, o.fine.most_of / kMillimetre));
+                   o.registration.fine.predicted_error / kMillimetre, o.registration.fine.median / kMillimetre,
+                   o.registration.fine.most_of / kMillimetre));
   line("", fmt::format("{:.0f} % of the scan near the CT's teeth agree, {:.0f} mm²; the scan lies {:+.3f} mm outside",
-                       100 * o.fine.agreement, o.fine.area / kSquareMillimetre, o.fine.offset / kMillimetre));
+                       100 * o.registration.fine.agreement, o.registration.fine.area / kSquareMillimetre,
+                       o.registration.fine.offset / kMillimetre));
   line("crowns", fmt::format("{:.0f} mm² of {:.0f} mm² scanned", o.fused.covered_area / kSquareMillimetre,
                              o.fused.scanned_area / kSquareMillimetre));
   line("moved",
@@ -180,19 +134,19 @@ std::string as_text(const Outcome& o, const Arguments& a, const haptics::Intraor
 void run(const Arguments& a) {
   require_output(a.out, FileKind::kVolume);
   Outcome o;
-  o.start = register_clicks(a);
+  const calibration::PointPairs pairs = calibration::read_pairs(a.pairs, "s", "c");
   Progress progress("fuse");
   const haptics::IntraoralScan scan(a.scan, a.unit_mm * kMillimetre);
   const haptics::TissueVolume volume = haptics::TissueVolume::load(a.volume);
   const haptics::DenseTissue ct = dense_tissue(volume, a.volume);
   o.before = volume.volumes();
   progress.at(0.1);
-  o.fine = register_scan(a, scan, ct, o.start.X_DH);
+  o.registration = register_scan(scan, ct, pairs.H, pairs.D, a.pairs, a.scan);
   haptics::FuseOptions options;
   if (a.voxel_mm) options.voxel = *a.voxel_mm * kMillimetre;
   options.reach = a.reach_mm * kMillimetre, options.blend = a.blend_mm * kMillimetre;
   options.progress = [&](double done) { progress.at(0.2 + 0.7 * done); };
-  haptics::Fused fused = haptics::fuse(ct, scan, o.fine.X_DS, options);
+  haptics::Fused fused = haptics::fuse(ct, scan, o.registration.fine.X_DS, options);
   const haptics::TissueVolume result(fused.tissue);
   result.save(a.out);
   o.fused = fused.report;

@@ -14,6 +14,7 @@
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/experiment_work.h"
+#include "engine/app/operator/fuse_desk.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/plan_desk.h"
@@ -135,6 +136,7 @@ class Operator {
     result_picture_.destroy();
     plan_desk_.destroy();
     scan_desk_.destroy();
+    fuse_desk_.destroy();
     window_.recreate_device();
     choices_.rescan();
     desk_.make_picture();
@@ -162,6 +164,9 @@ class Operator {
       case Page::kScan:
         title += fmt::format(": {}", s_.text("op.scan"));
         break;
+      case Page::kFuse:
+        title += fmt::format(": {}", s_.text("op.fuse"));
+        break;
       case Page::kPlan:
         title += fmt::format(": {}", s_.text("op.plan"));
         break;
@@ -177,6 +182,7 @@ class Operator {
     result_picture_.follow();
     plan_desk_.follow();
     scan_desk_.follow();
+    fuse_desk_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
       case Page::kStart:
@@ -199,6 +205,9 @@ class Operator {
         break;
       case Page::kScan:
         draw_scan_page(s_, window_);
+        break;
+      case Page::kFuse:
+        draw_fuse_page(s_, window_);
         break;
       case Page::kPlan:
         draw_plan_page(s_, window_);
@@ -288,6 +297,7 @@ class Operator {
       case Ask::kToStart:
         work_.drop();
         plan_desk_.close();
+        fuse_desk_.close();
         scan_desk_.close();
         desk_.forget_authored();
         s_.page = Page::kStart;
@@ -334,9 +344,32 @@ class Operator {
         s_.say("");
         break;
       case Ask::kDropped:
+        if (s_.page == Page::kScan && take_dropped_mesh(s_)) {
+          fuse_desk_.open();
+          break;
+        }
+        fuse_desk_.close();
         scan_desk_.close();
         open_archive();
         if (take_dropped(s_)) scan_desk_.open();
+        break;
+      case Ask::kFuse:
+        fuse_desk_.open();
+        break;
+      case Ask::kFuseDropPoint:
+        s_.fuse.fusion->drop_last();
+        s_.fuse.changed = true;
+        break;
+      case Ask::kFuseRegister:
+        fuse_desk_.register_points();
+        break;
+      case Ask::kFuseTake:
+        fuse_desk_.take();
+        break;
+      case Ask::kFuseBack:
+        fuse_desk_.close();
+        s_.page = Page::kScan;
+        s_.say("");
         break;
       case Ask::kLookAtScan:
         scan_desk_.open();
@@ -484,6 +517,7 @@ class Operator {
   Started started_;
   BackgroundTask work_{s_};  // declared after the members that the work may use
   ScanDesk scan_desk_{s_, window_, work_};
+  FuseDesk fuse_desk_{s_, window_, work_};
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;
 };

@@ -288,6 +288,23 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Spacing();
   draw_volumes(s);
   ImGui::Spacing();
+  file_field("mesh", s.text("op.fuse_file"), s.fuse.file, s.fuse.chooser, haptics::mesh_endings(), s, w);
+  ImGui::BeginDisabled(s.busy || !full || s.fuse.file[0] == 0);
+  if (ImGui::Button(fmt::format("{}   5", s.text("op.fuse_open")).c_str(), {-1, 0}) ||
+      (!s.busy && full && s.fuse.file[0] != 0 && key('5')))
+    s.ask(Ask::kFuse);
+  ImGui::EndDisabled();
+  ImGui::Spacing();
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(s.text("op.scan_mouse"));
+  ImGui::PopFont();
+  end_panel();
+  if (key('Z', true)) review.undo();
+  if (key('Y', true)) review.redo();
+}
+
+void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("import", s.text("op.exercise"), size, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), s.import.name.data(), s.import.name.size());
   const std::array crowns = {s.text("op.crown_up"),   s.text("op.crown_down"), s.text("op.crown_right"),
@@ -296,13 +313,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Combo("##crown", &s.import.crown, crowns.data(), static_cast<int>(crowns.size()));
   ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0}, !s.busy && s.import.name[0] != 0,
              true);
-  ImGui::Spacing();
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text("op.scan_mouse"));
-  ImGui::PopFont();
   end_panel();
-  if (key('Z', true)) review.undo();
-  if (key('Y', true)) review.redo();
 }
 
 }  // namespace
@@ -326,10 +337,13 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
   }
   ImGui::EndChild();
   ImGui::SameLine();
-  if (s.scan.review)
-    draw_side(s, w, {side, height});
-  else
-    ImGui::Dummy({side, height});
+  begin_column("side", {side, height});
+  if (s.scan.review) {
+    const float lower = 8.8f * u;
+    draw_side(s, w, {0, height - lower - gap.y});
+    draw_import(s, w, {0, lower});
+  }
+  ImGui::EndChild();
   end_titled_page(s, w);
 }
 

@@ -105,6 +105,13 @@ void propose_name(OperatorState& s) {
   name.copy(form.name.data(), name.size());
 }
 
+bool take_dropped_mesh(OperatorState& s) {
+  if (!is_mesh(s.dropped) || s.dropped.size() >= s.fuse.file.size()) return false;
+  s.fuse.file = {};
+  s.dropped.copy(s.fuse.file.data(), s.fuse.file.size() - 1);
+  return true;
+}
+
 bool take_dropped(OperatorState& s) {
   ImportForm& form = s.import;
   const fs::path file = s.dropped;

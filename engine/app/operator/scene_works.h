@@ -15,6 +15,8 @@ namespace typodont {
 /// Enters the file or folder that was dropped on the window into the import form, with a proposed name. True if it is a
 /// scan, which can be shown before its import.
 bool take_dropped(OperatorState& s);
+/// If a mesh was dropped on the scan page: enters it into the form of the fusion, and returns true.
+bool take_dropped_mesh(OperatorState& s);
 /// Enters a name for the exercise, from the file of the import form.
 void propose_name(OperatorState& s);
 /// The import that the form describes.

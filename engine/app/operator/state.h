@@ -17,6 +17,7 @@
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/planning/implant_planner.h"
+#include "engine/app/planning/scan_fusion.h"
 #include "engine/app/planning/scan_review.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
@@ -26,7 +27,7 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kPlan, kExperiment };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kFuse, kPlan, kExperiment };
 
 enum class Ask {
   kStart,            // start a session with the selection; on the experiment page: start the experiment
@@ -66,6 +67,11 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   kImport,           // import a scan or mesh with the settings in ImportForm; on the scan page: its region
   kLookAtScan,       // show the scan of ImportForm before its import
+  kFuse,             // lay the intraoral scan of FuseForm over the CBCT of the scan page
+  kFuseDropPoint,    // remove the latest picked point
+  kFuseRegister,     // register the intraoral scan from the picked points
+  kFuseTake,         // replace the crowns of the CBCT, and return to the scan page
+  kFuseBack,         // return to the scan page
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
   kPlan,      // plan an implant in the jaw of the selected exercise; number: on the plan page, the bone's class, from 1
   kSavePlan,  // save the planned implant as an exercise
@@ -155,6 +161,19 @@ struct ScanForm {
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
+};
+/// The page on which an intraoral scan is laid over a CBCT. The page changes the fusion; FuseDesk registers and draws
+/// it.
+struct FuseForm {
+  std::array<char, 512> file{};  // path of the mesh
+  FileChooser chooser;
+  float unit_mm = 1;
+  ScanFusion* fusion = nullptr;                 // belongs to FuseDesk; null until the mesh is read
+  glm::vec2 pressed{0};                         // pixels, place where the mouse button was pressed
+  bool turning = false;                         // the mouse turns a surface
+  bool changed = false;                         // the pictures do not show the present state
+  std::array<const gpu::Image*, 2> pictures{};  // null until they are drawn
+  std::uint64_t drawn = 0;                      // number of times that the surfaces were drawn
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
 /// The form for planning an implant. The page changes the plan; PlanDesk evaluates and draws the plan between two
@@ -299,6 +318,7 @@ struct OperatorState {
 
   // Members of the page of a scan before its import. File, name and crown are those of ImportForm.
   ScanForm scan;
+  FuseForm fuse;
   // Members of the page for planning an implant.
   PlanForm plan;
   // Members of the page of experiments. Exercise, hand, picture and person are those of the start page.
@@ -347,6 +367,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w);
 void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
+void draw_fuse_page(OperatorState& s, InterfaceWindow& w);
 void draw_scan_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w);

@@ -178,6 +178,8 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
+  std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });  // replaced tissue
+  done_ = steps_.size();
 }
 
 void ScanReview::give_up(const LabelRequest& request) {
@@ -202,6 +204,17 @@ void ScanReview::correct(const haptics::Correction& correction, bool joins) {
     ++done_;
   }
   apply(steps_[done_ - 1], correction);
+}
+
+void ScanReview::replace(haptics::DenseTissue tissue) {
+  if (!can_correct() || tissue.size != labels_.tissue.size) return;
+  const haptics::VoxelBox all{glm::ivec3(0), tissue.size - 1};
+  Step step;
+  step.before.push_back({all, std::move(tissue.distance), std::move(tissue.tissue), std::move(tissue.hardness)});
+  steps_.resize(done_);
+  exchange(step.before.front());
+  steps_.push_back(std::move(step));
+  ++done_;
 }
 
 void ScanReview::exchange(haptics::BoxContent& content) {

@@ -90,7 +90,10 @@ class ScanReview {
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
   void undo();
   void redo();
-  /// The corrections that are in effect, in order.
+  /// Replaces the tissue by one with the same samples, for example with the crowns of an intraoral scan. It is undone
+  /// like a correction, but is lost with the present labels.
+  void replace(haptics::DenseTissue tissue);
+  /// The corrections that are in effect, in order; without replaced tissue.
   std::vector<haptics::Correction> corrections() const;
 
   /// Draws a section: grey values, the labels as a colour over them, darker outside the region. `pixels`: width and

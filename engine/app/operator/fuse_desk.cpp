@@ -1,0 +1,111 @@
+#include "engine/app/operator/fuse_desk.h"
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+constexpr int kPixels = 560;  // width and height of a surface's picture
+}
+
+void FuseDesk::open() {
+  if (!s_.scan.review || !s_.scan.review->can_correct()) return s_.fail(s_.text("op.scan_needs_full"));
+  close();
+  s_.page = Page::kFuse;
+  s_.say("");
+  const auto ct = std::make_shared<const haptics::DenseTissue>(s_.scan.review->labels()->tissue);
+  struct Loaded {
+    std::shared_ptr<ScanFusion> fusion;
+    std::string failure;
+  };
+  const auto loaded = std::make_shared<Loaded>();
+  work_.begin(
+      [loaded, ct, file = std::filesystem::path(s_.fuse.file.data()),
+       unit = static_cast<double>(s_.fuse.unit_mm) * kMillimetre](Progress& progress) {
+        progress.stage("op.loading", 0, 1);
+        try {
+          loaded->fusion = std::make_shared<ScanFusion>(ct, file, unit);
+        } catch (const Error& e) {
+          loaded->failure = e.what();
+        }
+      },
+      [this, loaded] {
+        if (!loaded->fusion) {
+          s_.page = Page::kScan;
+          return s_.fail(loaded->failure);
+        }
+        fusion_ = loaded->fusion;
+        s_.fuse.fusion = fusion_.get();
+        s_.fuse.changed = true;
+        s_.say(s_.text("op.fuse_pick"));
+        log::info("surfaces ready");
+      });
+}
+
+void FuseDesk::register_points() {
+  if (!fusion_ || !fusion_->can_register()) return;
+  const auto found = std::make_shared<std::optional<ScanRegistration>>();
+  work_.begin(
+      [found, fusion = fusion_](Progress& progress) {
+        progress.stage("op.fuse_registering", 0, 1);
+        *found = fusion->registered();
+      },
+      [this, found] {
+        if (!fusion_ || !*found) return;
+        const calibration::SurfaceRegistration fine = (*found)->fine;
+        fusion_->show(std::move(**found));
+        s_.fuse.changed = true;
+        s_.say(s_.text("op.fuse_laid"));
+        log::info("registered: {:.3f} mm median, ± {:.3f} mm", fine.median / kMillimetre,
+                  fine.predicted_error / kMillimetre);
+      });
+}
+
+void FuseDesk::take() {
+  if (!fusion_ || !fusion_->registration()) return;
+  const auto made = std::make_shared<std::optional<haptics::Fused>>();
+  work_.begin(
+      [made, fusion = fusion_](Progress& progress) {
+        progress.stage("op.fuse_replacing", 0, 1);
+        *made = fusion->fused(progress);
+      },
+      [this, made] {
+        if (!s_.scan.review || !*made) return;
+        s_.scan.review->replace(std::move((*made)->tissue));
+        close();
+        s_.page = Page::kScan;
+        s_.say(s_.text("op.fuse_done"));
+        log::info("crowns replaced: {:.0f} mm²", (*made)->report.covered_area / kSquareMillimetre);
+      });
+}
+
+void FuseDesk::follow() {
+  if (s_.page != Page::kFuse || !fusion_ || !(s_.fuse.changed || images_.empty())) return;
+  destroy();
+  for (const ScanFusion::Side side : {ScanFusion::kScan, ScanFusion::kCt})
+    images_.push_back(window_.upload(fusion_->view(side).draw(kPixels)));
+  for (std::size_t i = 0; i < images_.size(); ++i) s_.fuse.pictures[i] = &images_[i];
+  ++s_.fuse.drawn;
+  s_.fuse.changed = false;
+}
+
+void FuseDesk::destroy() {
+  s_.fuse.pictures = {};
+  if (images_.empty()) return;
+  window_.wait_idle();
+  for (gpu::Image& image : images_) image.destroy(window_.device());
+  images_.clear();
+}
+
+void FuseDesk::close() {
+  destroy();
+  s_.fuse.fusion = nullptr;
+  fusion_.reset();
+}
+
+}  // namespace typodont

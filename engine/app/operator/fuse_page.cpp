@@ -1,0 +1,140 @@
+// The page on which an intraoral scan is laid over a CBCT: both surfaces, in which the same points are picked, the
+// registration's result, and the replacement of the crowns.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/app/operator/state.h"
+#include "engine/app/operator/widgets.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+using namespace widgets;
+
+namespace {
+
+constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
+constexpr double kZoom = 1.15;  // magnification for each step of the wheel
+// pixels; a click that moves the mouse farther turns the surface and picks no point
+constexpr float kClick = 4;
+
+/// Handles the mouse over a surface: a click picks a point, dragging turns the surface, the wheel zooms.
+void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
+  const ImGuiIO& io = ImGui::GetIO();
+  SurfacePicture& view = form.fusion->view(side);
+  if (ImGui::IsItemHovered() && io.MouseWheel != 0) {
+    view.zoom(std::pow(kZoom, static_cast<double>(io.MouseWheel)));
+    form.changed = true;
+  }
+  const auto moved = static_cast<float>(std::hypot(io.MousePos.x - form.pressed.x, io.MousePos.y - form.pressed.y));
+  if (ImGui::IsItemActivated()) {
+    form.pressed = {io.MousePos.x, io.MousePos.y};
+    form.turning = false;
+  } else if (ImGui::IsItemActive() && (form.turning || moved > kClick)) {
+    form.turning = true;
+    if (io.MouseDelta.x != 0 || io.MouseDelta.y != 0) {
+      view.turn(dvec2(io.MouseDelta.x, io.MouseDelta.y) / static_cast<double>(size));
+      form.changed = true;
+    }
+  }
+  if (ImGui::IsItemDeactivated() && !form.turning) {
+    const dvec2 place(static_cast<double>((form.pressed.x - at.x) / size),
+                      static_cast<double>((form.pressed.y - at.y) / size));
+    if (form.fusion->pick(side, place)) form.changed = true;
+  }
+}
+
+void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, float size) {
+  FuseForm& form = s.fuse;
+  ImGui::BeginGroup();
+  ImGui::PushFont(w.style().small);
+  dim(s.text(kTitles[side]));
+  ImGui::PopFont();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  if (form.pictures[side]) {
+    ImGui::Image(w.texture(*form.pictures[side], form.drawn), {size, size});
+    ImGui::SetCursorScreenPos(at);
+    ImGui::InvisibleButton(kTitles[side], {size, size});
+    if (!s.busy) follow_mouse(form, side, at, size);
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    draw->PushClipRect(at, {at.x + size, at.y + size}, true);
+    const std::vector<dvec3>& points = form.fusion->points(side);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const dvec2 place = form.fusion->view(side).place_of(points[i]);
+      const ImVec2 p{at.x + static_cast<float>(place.x) * size, at.y + static_cast<float>(place.y) * size};
+      const float radius = 0.3f * w.style().unit;
+      draw->AddCircleFilled(p, radius, IM_COL32(20, 90, 160, 255));
+      draw->AddCircle(p, radius, IM_COL32(255, 255, 255, 255), 0, 1.5f);
+      const std::string number = std::to_string(i + 1);
+      draw->AddText({p.x + radius, p.y - 1.2f * w.style().unit}, IM_COL32(255, 255, 255, 255), number.c_str());
+    }
+    draw->PopClipRect();
+  } else {
+    ImGui::Dummy({size, size});
+  }
+  ImGui::EndGroup();
+}
+
+void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const ScanFusion& fusion = *s.fuse.fusion;
+  begin_panel("fuse", s.text("op.fuse"), size, w);
+  const std::size_t pairs = std::min(fusion.points(ScanFusion::kScan).size(), fusion.points(ScanFusion::kCt).size());
+  row(s.text("op.fuse_pairs"), fmt::format("{} / {}", pairs, ScanFusion::kLeastPairs),
+      pairs >= ScanFusion::kLeastPairs ? &kGood : &kWarn);
+  const auto button = [&](const char* text, int code, bool enabled, Ask ask, bool main) {
+    ImGui::BeginDisabled(!enabled);
+    const std::string label = fmt::format("{}   {}", s.text(text), code);
+    if (main ? main_button(label.c_str(), {-1, 0}) : ImGui::Button(label.c_str(), {-1, 0})) s.ask(ask);
+    ImGui::EndDisabled();
+    if (enabled && key('0' + code)) s.ask(ask);
+  };
+  button("op.fuse_drop", 1, !s.busy && pairs + fusion.points(ScanFusion::kScan).size() > 0, Ask::kFuseDropPoint, false);
+  button("op.fuse_register", 2, !s.busy && fusion.can_register() && !fusion.registration(), Ask::kFuseRegister, true);
+  if (const auto& found = fusion.registration()) {
+    const auto mm = [&](double metres) { return fmt::format("{} mm", s.number(metres / kMillimetre, 3)); };
+    ImGui::Spacing();
+    row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
+    row(s.text("op.fuse_median"), mm(found->fine.median));
+    row(s.text("op.fuse_most"), mm(found->fine.most_of));
+    constexpr double kFair = 0.1e-3;  // m, uncertainty that is shown as a warning
+    row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
+        found->fine.predicted_error < kFair ? &kGood : &kWarn);
+    row(s.text("op.fuse_area"), fmt::format("{} mm²", s.number(found->fine.area / kSquareMillimetre, 0)));
+    row(s.text("op.fuse_agreement"), fmt::format("{} %", s.number(100 * found->fine.agreement, 0)));
+    ImGui::Spacing();
+  }
+  button("op.fuse_take", 3, !s.busy && fusion.registration().has_value(), Ask::kFuseTake, true);
+  button("op.fuse_back", 4, !s.busy, Ask::kFuseBack, false);
+  ImGui::Spacing();
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(s.text("op.fuse_help"));
+  ImGui::PopFont();
+  end_panel();
+}
+
+}  // namespace
+
+void draw_fuse_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  const ImVec2 body = begin_titled_page(s.text("op.fuse"), w), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = body.y, side = std::max(0.26f * body.x, 18 * u);
+  begin_column("surfaces", {body.x - side - gap.x, height});
+  if (s.fuse.fusion) {
+    const float size = std::min((body.x - side - 3 * gap.x) / 2, height - 1.4f * u - gap.y);
+    draw_surface(s, w, ScanFusion::kScan, size);
+    ImGui::SameLine();
+    draw_surface(s, w, ScanFusion::kCt, size);
+  }
+  ImGui::EndChild();
+  ImGui::SameLine();
+  if (s.fuse.fusion)
+    draw_side(s, w, {side, height});
+  else
+    ImGui::Dummy({side, height});
+  end_titled_page(s, w);
+}
+
+}  // namespace typodont
