@@ -126,7 +126,8 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
+  /// `way`: m, upper bound of the motion for which the list is made.
+  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
   std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
