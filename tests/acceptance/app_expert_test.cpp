@@ -151,6 +151,29 @@ TEST(ExpertHand, InLargeVoxelsItFinishesAndPressesWithTheForceOfTheTask) {
   EXPECT_LT(greatest, 250);
 }
 
+TEST(ExpertHand, AReamerOfTheCupsOwnSizeGoesStraightInAfterTheSmallerOnes) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.8, "band_mm": 4, "solids": [
+      {"tissue": "cancellous_bone", "solid": {"box": {"center_mm": [0.3, 0.1, -7], "size_mm": [24, 24, 14]}}}]},
+      "tools": [{"name": "reamer 16 mm", "shape": "sphere", "diameter_mm": 16},
+                {"name": "reamer 12 mm", "shape": "sphere", "diameter_mm": 12}],
+      "spindle_krpm": 0.3, "parts": ["haptics"],
+      "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0.3, 0.1, 0], "radius_mm": 8}}]}}})");
+  const Scene scene = read_scene(folder.path() / "scene.json");
+  const haptics::TissueVolume start = load_tissue(scene);
+  Expert expert(scene, start);
+  std::vector<std::uint32_t> taken;
+  for (const ExpertLeg& leg : expert.plan(start)) {
+    if (leg.kind == ExpertLeg::Kind::kTake) taken.push_back(leg.tool);
+    if (leg.kind != ExpertLeg::Kind::kCut) continue;
+    EXPECT_NEAR(leg.to.p.x, 0.3_mm, 0.05_mm);
+    EXPECT_NEAR(leg.to.p.y, 0.1_mm, 0.05_mm);
+  }
+  EXPECT_EQ(taken, (std::vector<std::uint32_t>{1, 0}));
+  const double whole = 2.0 / 3 * kPi * std::pow(8.0_mm, 3);
+  EXPECT_NEAR(total(start.volumes()) - total(expert.planned().volumes()), whole, 0.02 * whole);
+}
+
 TEST(ExpertHand, IsRefusedWithoutAnIdealOrASuitableTool) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const auto refused = [&](const std::string& rest) {

@@ -31,8 +31,8 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExpertBench,
                                          Expected{"remove-caries", 95, 120}, Expected{"class-1-cavity", 95, 120},
                                          Expected{"class-2-cavity", 94.5, 120}, Expected{"amalgam-filling", 94, 120},
                                          Expected{"root-canal-access", 95, 120}, Expected{"crown-preparation", 95, 600},
-                                         Expected{"root-canal-access-packing", 84, 120},
-                                         Expected{"acetabular-reaming", 75, 180}),
+                                         Expected{"root-canal-access-packing", 93, 120},
+                                         Expected{"acetabular-reaming", 95, 120}),
                          [](const auto& param) {
                            std::string name = param.param.scene;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -250,13 +251,74 @@ TEST(ToolSpheres, ABallIsOneSphereAndOtherHeadsLieInsideTheirShape) {
   EXPECT_EQ(tool_spheres(tool, 50, 1).radius, std::vector<double>{tool.radius()});
   for (const HeadShape shape : {HeadShape::kCylinder, HeadShape::kCone, HeadShape::kRoundEndCylinder}) {
     tool.shape = shape, tool.diameter = 1.0_mm, tool.length = 4.0_mm;
-    const ToolSpheres s = tool_spheres(tool, 120, 1);
-    ASSERT_EQ(s.radius.size(), 120u);
-    for (std::size_t i = 0; i < 120; ++i) EXPECT_LE(tool.distance(s.center_T[i]) + s.radius[i], 0.01_mm) << i;
-    EXPECT_NEAR(s.com_T.x, 0, 0.03_mm);
-    EXPECT_NEAR(s.com_T.y, 0, 0.03_mm);
-    EXPECT_LE(s.reach, tool.reach() + 0.01_mm);
+    for (const HeadSpheres kind : {HeadSpheres::kPacked, HeadSpheres::kRings}) {
+      const ToolSpheres s = tool_spheres(tool, 120, 1, kind);
+      EXPECT_LE(s.radius.size(), 120u);
+      EXPECT_GE(s.radius.size(), kind == HeadSpheres::kPacked ? 120u : 20u);
+      for (std::size_t i = 0; i < s.radius.size(); ++i)
+        EXPECT_LE(tool.distance(s.center_T[i]) + s.radius[i], 0.01_mm) << i;
+      EXPECT_NEAR(s.com_T.x, 0, 0.03_mm);
+      EXPECT_NEAR(s.com_T.y, 0, 0.03_mm);
+      EXPECT_LE(s.reach, tool.reach() + 0.01_mm);
+    }
   }
+}
+
+TEST(ToolSpheres, RingsLieThreeTimesNearerToTheHeadsSurfaceThanAPackingOfAsManySpheres) {
+  for (const HeadShape shape : {HeadShape::kCylinder, HeadShape::kCone, HeadShape::kRoundEndCylinder, HeadShape::kPear,
+                                HeadShape::kFlame, HeadShape::kInvertedCone}) {
+    Tool tool;
+    tool.shape = shape, tool.diameter = 1.0_mm, tool.length = 4.0_mm;
+    // m, mean distance from the head's surface to the nearest sphere
+    const auto gap = [&](HeadSpheres kind) {
+      const ToolSpheres s = tool_spheres(tool, 60, 1, kind);
+      double sum = 0;
+      const std::vector<HeadSample> samples = sample_head(tool, 2000);
+      for (const HeadSample& sample : samples) {
+        double nearest = 1;
+        for (std::size_t i = 0; i < s.head; ++i)
+          nearest = std::min(nearest, glm::distance(sample.p_TQ, s.center_T[i]) - s.radius[i]);
+        sum += std::max(0.0, nearest);
+      }
+      return sum / static_cast<double>(samples.size());
+    };
+    const double rings = gap(HeadSpheres::kRings), packed = gap(HeadSpheres::kPacked);
+    EXPECT_LT(3 * rings, packed) << name_of(shape);
+    EXPECT_LT(rings, 0.03_mm) << name_of(shape);
+  }
+}
+
+TEST(Removal, ACutByOverlappingBallsCostsExactlyWhatItRemoves) {
+  SphereTissue tissue(ball(2000), Removal::kMended);
+  PerTissue one;
+  one.fill(1);
+  std::vector<int> near(tissue.size());
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place(-kBall, kBall), radius(0.3_mm, 1.0_mm);
+  TriedCut tried(tissue.size());
+  double alone = 0, whole = 0;
+  for (int cut = 0; cut < 40; ++cut) {
+    std::array<dvec3, 6> center;
+    std::array<double, 6> r;
+    for (std::size_t t = 0; t < center.size(); ++t) {
+      center[t] = t == 0 ? dvec3(place(random), place(random), place(random)) : center[t - 1] + dvec3(0, 0, 0.2_mm);
+      r[t] = radius(random);
+    }
+    const dvec3 way(0.3_mm, 0, 0);
+    double cost = 0;
+    tried.begin();
+    for (std::size_t t = 0; t < center.size(); ++t) {
+      const std::size_t found = tissue.tree().near_segment(center[t], center[t] + way, r[t], near);
+      const auto list = std::span<const int>(near).first(found);
+      cost += tried.add(tissue, list, center[t], center[t] + way, r[t], one);
+      alone += tissue.cost(list, center[t], center[t] + way, r[t], one);
+    }
+    Removed removed;
+    for (std::size_t t = 0; t < center.size(); ++t) tissue.cut(center[t], center[t] + way, r[t], near, {}, removed);
+    whole += total(removed.volume);
+    EXPECT_NEAR(cost, total(removed.volume), 1e-12 * 4.0 / 3 * kPi * kBall * kBall * kBall) << cut;
+  }
+  EXPECT_GT(alone, 1.5 * whole);
 }
 
 TEST(ToolSpheres, AClosedMeshFromAnStlBecomesATool) {

@@ -92,6 +92,8 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = Lead::below_most_force * rule.target;
   }
+  // The default of force_max_N is for teeth. A task with a larger mean force and no rule of its own has no limit.
+  if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
 }

@@ -14,6 +14,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;     // m, limit of the distance in which a clearance is searched
+constexpr double kJustFree = 1e-6;  // m, distance beyond a sphere's surface up to which its room is searched
 constexpr double kNearby = 0.2e-3;  // m, distance within which a point gets the tissue of the nearest sphere
 constexpr int kTrials = 8;          // number of cost evaluations that determine the length of one step
 // lower limit of the used fraction of the budget; a step that uses at least this much is accepted
@@ -26,10 +27,18 @@ constexpr double kLargestTurn = 0.02;
 // scenes with larger forces this limit grows with the force limit
 constexpr double kDentalForces = 20;
 constexpr std::uint32_t kLawsOfLargeForces = 7;  // the first version of the servo's laws that does so
+// the first version of the servo's laws whose projection onto the contacts begins with the last tick's pushes
+constexpr std::uint32_t kLawsOfWarmStarts = 7;
 
 /// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's
 /// friction in every tick.
-constexpr ProxyOptions kFrictionless{.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0};
+ProxyOptions frictionless(std::uint32_t laws) {
+  return {.stiffness = 0,
+          .damping = 0,
+          .static_friction = 0,
+          .dynamic_friction = 0,
+          .starts_from_last = laws >= kLawsOfWarmStarts};
+}
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
   if (turn == dvec3(0)) return {from.p + share * move, from.R};
@@ -58,7 +67,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), kFrictionless);
+    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws));
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
@@ -125,7 +134,7 @@ double PackingModel::clearance(const Pose& X_WG) noexcept {
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
   const SphereTree& tree = snapshot_.spheres.tree();
   for (std::size_t t = 0; t < tool.radius.size(); ++t) {
-    if (tree.room(X_W * tool.center_T[t], tool.radius[t] + 1) <= tool.radius[t]) return false;
+    if (tree.room(X_W * tool.center_T[t], tool.radius[t] + kJustFree) <= tool.radius[t]) return false;
   }
   return true;
 }
@@ -237,8 +246,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 p_WC = proxy().contact_point();
   if (!gpu_ || !gpu_->estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon,
                                        density_, surface_)) {
-    surface_ = estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon, density_,
-                                buffers_.changed);
+    surface_ = estimate_surface(snapshot_.spheres, proxy(), p_WC, parameters_.epsilon, density_, buffers_.changed);
   }
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
   out.area = surface_.volume / parameters_.epsilon;

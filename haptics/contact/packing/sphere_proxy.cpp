@@ -18,8 +18,10 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;  // m, remaining displacement below which the proxy has reached its goal
 // rad, limit of the rotation in one step: the chord then deviates from the arc by 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;    // m, mean margin of the near lists
-constexpr double kLook = 2e-3;       // m, search distance if no sphere lies within the margin
+constexpr double kMargin = 60e-6;          // m, mean margin of the near lists
+constexpr double kLargestMargin = 300e-6;  // m, margin of the lists of a fast tool
+constexpr double kAhead = 3;               // margin of a fast tool as a multiple of its motion
+constexpr double kLook = 2e-3;             // m, search distance if no sphere lies within the margin
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
 // m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
 // margins of all lists are reduced
@@ -54,6 +56,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       lists_(tool.size()),
       room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1))),
       near_(room_ * tool.size()),
+      ranked_(room_ * tool.size()),
       found_(4 * room_),
       found_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
@@ -97,13 +100,13 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
 }
 
 /// Lists the tissue's spheres near one of the tool's spheres.
-void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center) noexcept {
+void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
   list = {};
   // The margins differ between lists, so that the lists of a tool that moves straight on are not all renewed in the
   // same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
-  double margin = kMargin * (0.75 + 0.5 * (spread - std::floor(spread)));
+  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
   const std::size_t count = tree.near_segment(center, center, r + margin, found_);
   if (count > found_.size()) {
@@ -121,10 +124,14 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
   const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
   auto last = to;
+  const std::span<Near> ranked = std::span(ranked_).subspan(i * room_, room_);
+  if (count <= room_) std::copy(from, to, ranked.begin());
   if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
     last = from + static_cast<std::ptrdiff_t>(room_);
     std::nth_element(from, last, to, nearer);
     margin = last->gap;
+    std::sort(from, last, [&](const Near& a, const Near& b) { return tree.rank(a.sphere) < tree.rank(b.sphere); });
+    std::copy(from, last, ranked.begin());
   }
   std::sort(from, last, nearer);
   const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
@@ -143,7 +150,7 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   certain = true;
   if (list.moved + until * bound < list.free) return {};
   const dvec3 from = X_W_ * tool_.center_T[i], m = motion.to * tool_.center_T[i] - from;
-  if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from);
+  if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
   const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
@@ -208,16 +215,29 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   const double bound = motion.way(arm_[i]), r = tool_.radius[i];
   const dvec3 a = X_W_ * tool_.center_T[i], b = to * tool_.center_T[i];
   if (!(list.moved + bound < list.margin)) return tree.near_segment(a, b, r, found);
+  return listed_near(tree, i, list.moved + bound, a, b, r, found);
+}
+
+/// The listed spheres whose gap was at most `gap` and that lie nearer than `reach` to the segment from a to b, in the
+/// tree's order.
+std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
+                                     double reach, std::span<int> found) const noexcept {
   std::size_t count = 0;
-  for (const Near& near : std::span(near_).subspan(i * room_, list.count)) {
-    if (near.gap > list.moved + bound) break;
-    if (!tree.is_near(near.sphere, a, b, r)) continue;
+  for (const Near& near : std::span(ranked_).subspan(i * room_, lists_[i].count)) {
+    if (near.gap > gap || !tree.is_near(near.sphere, a, b, reach)) continue;
     if (count < found.size()) found[count] = near.sphere;
     ++count;
   }
-  std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(count, found.size())),
-            [&](int one, int other) { return tree.rank(one) < tree.rank(other); });
   return count;
+}
+
+std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double epsilon,
+                                   std::span<int> found) const noexcept {
+  const NearList& list = lists_[i];
+  const dvec3 c = X_W_ * tool_.center_T[i];
+  const double reach = tool_.radius[i] + epsilon;
+  if (!(list.moved + epsilon + kRounding < list.margin)) return tree.near_segment(c, c, reach, found);
+  return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
 /// Fraction 0 to 1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap before the
@@ -273,9 +293,15 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   std::size_t count = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     Constraint& c = constraints_[k];
+    const double start = options_.starts_from_last ? c.multiplier : 0.0;
     c.multiplier = 0;
     if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
     const dvec3 turned = c.turn / (lever_ * lever_);
+    if (start > 0) {
+      c.multiplier = start;
+      allowed_move += start * c.n;
+      allowed_turn += start * turned;
+    }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
   for (int round = 0; round < kRounds; ++round) {
@@ -317,8 +343,10 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
   ProxyContact& contact = contacts_[at];
   contact.n_W = distance > 0 ? off / distance : dvec3(0, 0, 1);
   contact.p_W = center - tool_.radius[static_cast<std::size_t>(tool_sphere)] * contact.n_W;
+  const bool known = contact.sphere == sphere && contact.tool_sphere == tool_sphere;
   contact.sphere = sphere, contact.tool_sphere = tool_sphere, contact.push = 0;
-  constraints_[at] = {contact.n_W, glm::cross(center - X_W_.p, contact.n_W), 0, 0};
+  constraints_[at] = {contact.n_W, glm::cross(center - X_W_.p, contact.n_W), 0,
+                      known ? constraints_[at].multiplier : 0};
 }
 
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
@@ -333,7 +361,10 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     const dvec3 center = X_W_ * tool_.center_T[static_cast<std::size_t>(old.tool_sphere)];
     const double gap =
         glm::distance(center, tree.center(old.sphere)) - r - tool_.radius[static_cast<std::size_t>(old.tool_sphere)];
-    if (r > 0 && gap < 2 * kGap) add_contact(tree, old.tool_sphere, old.sphere);
+    if (!(r > 0 && gap < 2 * kGap)) continue;
+    const double multiplier = constraints_[k].multiplier;
+    add_contact(tree, old.tool_sphere, old.sphere);
+    constraints_[count_ - 1].multiplier = multiplier;
   }
 
   bool slid = false;

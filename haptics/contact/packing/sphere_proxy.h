@@ -19,6 +19,9 @@ struct ProxyOptions {
   double damping = 0;              // N s/m, ζ of eq. 7
   double static_friction = 0.2;    // μ_s of eq. 13
   double dynamic_friction = 0.15;  // μ_d, at most μ_s
+  // The projection onto the constraints begins with the last multipliers, which needs fewer iterations; false: with
+  // zero, as in the servo's laws before version 7.
+  bool starts_from_last = true;
 };
 
 struct ProxyContact {
@@ -64,6 +67,10 @@ class SphereProxy {
   /// Result of SphereTree::near_segment() for the motion of one of the tool's spheres, from the proxy's pose to
   /// another pose.
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
+                        std::span<int> found) const noexcept;
+
+  /// Result of SphereTree::near_segment() for one of the tool's spheres at the proxy's pose, enlarged by `epsilon` (m).
+  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<int> found) const noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
@@ -126,7 +133,10 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
+  /// `way`: m, upper bound of the motion for which the list is made.
+  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
+  std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
+                          double reach, std::span<int> found) const noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
   std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
@@ -142,6 +152,7 @@ class SphereProxy {
   std::vector<NearList> lists_;              // lists, one for each of the tool's spheres
   std::size_t room_;                         // number of entries that each list can hold
   std::vector<Near> near_;                   // entries of all lists, one list after the other
+  std::vector<Near> ranked_;                 // the same entries, each list in the tree's order
   std::vector<int> found_;                   // result of one search
   std::vector<Near> found_gaps_;             // distances of the found spheres
   std::vector<SweptBall> swept_;             // balls of one search on the GPU

@@ -29,15 +29,19 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
   return e;
 }
 
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
-                                 const dvec3& p_WC, double epsilon, const PerTissue& density,
-                                 std::span<int> scratch) noexcept {
+namespace {
+
+/// `near(t, c, r)` writes the tissue's spheres within r of c, where sphere t of the tool is, to `scratch`, in the
+/// tree's order, and returns their number.
+template <class Near>
+SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
+                          double epsilon, const PerTissue& density, std::span<int> scratch, Near&& near) noexcept {
   OverlapSum sum(tissue, density);
   for (std::size_t t = 0; t < tool.head; ++t) {
     const dvec3 c = X_WP * tool.center_T[t];
     if (glm::distance(c, p_WC) - tool.radius[t] > epsilon) continue;
     const double r = tool.radius[t] + epsilon;
-    const std::size_t found = std::min(tissue.tree().near_segment(c, c, r, scratch), scratch.size());
+    const std::size_t found = std::min(near(t, c, r), scratch.size());
     for (std::size_t k = 0; k < found; ++k) {
       const int i = scratch[k];
       const double d = glm::length(c - tissue.tree().center(i));
@@ -45,6 +49,22 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
     }
   }
   return sum.estimate();
+}
+
+}  // namespace
+
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
+                                 const dvec3& p_WC, double epsilon, const PerTissue& density,
+                                 std::span<int> scratch) noexcept {
+  return estimated(tissue, tool, X_WP, p_WC, epsilon, density, scratch,
+                   [&](std::size_t, const dvec3& c, double r) { return tissue.tree().near_segment(c, c, r, scratch); });
+}
+
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
+                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept {
+  return estimated(
+      tissue, proxy.tool(), proxy.pose(), p_WC, epsilon, density, scratch,
+      [&](std::size_t t, const dvec3&, double) { return proxy.near_here(tissue.tree(), t, epsilon, scratch); });
 }
 
 }  // namespace typodont::haptics::packing

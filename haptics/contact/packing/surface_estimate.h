@@ -41,6 +41,10 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;
 
+/// Same with the proxy's own lists of near spheres; gives the same bits.
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
+                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
+
 /// Eq. 4: cutting speed in m/s. At zero density nothing holds the tool, and the speed is `free_speed`.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
   return density * free_speed > base_speed ? base_speed / density : free_speed;
