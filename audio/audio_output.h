@@ -24,7 +24,7 @@ struct AudioSource {
 };
 
 struct AudioOptions {
-  double sample_rate = 0;       // Hz; 0: the device's own rate, 48000 for files
+  double sample_rate = 0;       // Hz, sampling rate; 0: the device's own rate, 48000 for files
   int channels = 1;             // number of channels of the source, 1 or 2
   int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
   std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
@@ -37,7 +37,7 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  double latency = 0;         // s from a tick until its sample leaves the program, without the device's own latency
+  double latency = 0;  // s, time from a tick until its sample leaves the program, without the device's own latency
   double device_latency = 0;  // s, additional latency as reported by the device; 0 for files
 };
 

@@ -8,7 +8,7 @@
 namespace typodont::audio {
 
 struct Spectrogram {
-  double f_step = 0;       // Hz between neighbouring bins; bin 0 is at 0 Hz
+  double f_step = 0;       // Hz, distance between neighbouring bins; bin 0 is at 0 Hz
   std::size_t frames = 0;  // number of frames, spread evenly over the whole sound
   std::size_t bins = 0;
   std::vector<float> dB;  // power density re full scale² per Hz, frame by frame

@@ -17,7 +17,7 @@ namespace typodont::haptics {
 struct ContactInput {
   Nanos t = 0;             // time of the hand's sample
   std::uint64_t tick = 0;  // index of this tick
-  double dt = 1e-3;        // s since the last tick
+  double dt = 1e-3;        // s, time since the last tick
   Pose X_WT;               // pose of the tool in the hand
   Pose X_WG;               // the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
@@ -34,7 +34,7 @@ struct ContactInput {
   // the scraping edge has removed more volume than its work has paid for, so it must not remove more now
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
-  double budget = 0;           // J that may be spent on removal
+  double budget = 0;           // J, energy that may be spent on removal
   double wall_budget = 0;      // J, part of the budget that may be spent on a wall of harder tissue
   double power = 0;            // W, power at the teeth
   double spindle = 0;          // rad/s, speed of the spindle under load

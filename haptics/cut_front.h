@@ -75,7 +75,7 @@ class CutFront {
 
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound =
-      512;  // voxels; after this path length, counting restarts at 0, so that floats keep their precision
+      512;  // voxels, limit of the path length; beyond it, counting restarts at 0, so that floats keep their precision
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // limit of the number of kinds of groups
   // Lifetime of a list, voxels of path, for balls and for other heads. A longer lifetime means fewer renewals, but
@@ -91,7 +91,7 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    double until = -1, lasts = 0;  // voxels of path: end of the list's lifetime, and its length
+    double until = -1, lasts = 0;  // voxels, path length at the end of the list's lifetime, and length of the lifetime
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // number of unused groups at the end, which a vector load may read

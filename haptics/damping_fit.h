@@ -8,7 +8,7 @@ namespace typodont::haptics {
 /// One measured sample of a tool that is pushed into tissue.
 struct PushSample {
   double t = 0;      // s, increasing
-  double depth = 0;  // m; 0 or less: no contact
+  double depth = 0;  // m, depth of the tool in the tissue; 0 or less: no contact
   double force = 0;  // N
 };
 

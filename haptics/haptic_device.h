@@ -15,9 +15,9 @@ struct DeviceInfo {
   std::string model;
   std::string serial;
   double rate = 1000;           // Hz, rate of read()
-  double force_limit = 0;       // N; 0: the device gives no force
+  double force_limit = 0;       // N, largest force of the device; 0: the device gives no force
   double max_stiffness = 0;     // N/m; 0: unknown
-  double torque_limit = 0;      // N·m; 0: the device gives no torque
+  double torque_limit = 0;      // N·m, largest torque of the device; 0: the device gives no torque
   double continuous_force = 0;  // N, force that the motors can give continuously; 0: unknown
   double vibration_band = 0;    // Hz, limit of the vibration frequencies that the device renders; 0: none
   double silence = 0;           // s, time without a written force after which the watchdog sends zero; 0: the default

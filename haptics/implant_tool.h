@@ -30,7 +30,7 @@ struct ImplantTool {
   double centre_radius = 0;   // m, limit of the distance from the axis for `centre_ability`
   double greatest_grey = 0;   // Hounsfield units, limit: bone with a higher grey value stops the tool
   double thrust_ratio = 1;    // alpha of eq. (2): ratio of tangential to normal force of the teeth
-  double pitch = 0;           // m of advance per turn; 0: no thread
+  double pitch = 0;           // m, advance per turn; 0: no thread
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
   double bore_diameter = 0;   // m, diameter of the inner thread of an implant that takes a screw; 0: none
   double bore_depth = 0;      // m, depth of the inner thread

@@ -22,7 +22,7 @@ namespace typodont::haptics {
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
-  double band = 1e300;  // voxels; the field stores distances up to this distance from the surface
+  double band = 1e300;  // voxels, band: the field stores distances up to this distance from the surface
   // distances outside the tissue never exceed the true distance, except near cuts and fillings
   bool exact_outside = false;
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
@@ -87,7 +87,7 @@ inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3
 /// True if cuts have not changed the field around p (in voxels), whose value there is `distance`: neither the samples
 /// of the cubic stencil nor the tissue nearest to them lie in the box of the cuts.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
-  constexpr double kStencil = 5.2;  // voxels from a point to the corners of its stencil, 3√3
+  constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil, 3√3
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
   const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));

@@ -80,11 +80,11 @@ struct Tool {
 
   // Parts that never cut: the shank, from the head's upper end to the handpiece, which widens from its neck; and the
   // safe end, a round-ended pin beyond the free end.
-  double shank_length = 0;         // m; 0: no shank is felt
-  double shank_diameter = 1.6e-3;  // m; default: friction grip, ISO 1797 type 3
+  double shank_length = 0;         // m, length of the shank that has contact; 0: no contact
+  double shank_diameter = 1.6e-3;  // m, diameter of the shank; default: friction grip, ISO 1797 type 3
   double neck_diameter = 0;        // m
   double neck_length = 0;          // m, length of the taper
-  double safe_length = 0;          // m; 0: no safe end
+  double safe_length = 0;          // m, length of the safe end; 0: no safe end
   double safe_diameter = 0;        // m
 
   Tissue fill = Tissue::kAir;  // tissue that the instrument adds at its free end while the pedal is pressed; kAir: none

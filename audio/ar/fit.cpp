@@ -35,8 +35,9 @@ constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of
 constexpr std::size_t kSamplesPerOrder = 10;
 // least range of the speed, as a ratio to its mean, that is removed; smaller changes stay in the sound
 constexpr double kConstantSpeed = 0.002;
-constexpr double kMostHeldOut = 0.9;             // limit of the held-out fraction of the part
-constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
+constexpr double kMostHeldOut = 0.9;  // limit of the held-out fraction of the part
+// s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
+constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {
   return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());

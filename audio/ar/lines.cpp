@@ -17,7 +17,7 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kProminence = 10;              // dB above the surroundings, smallest prominence of a line
+constexpr double kProminence = 10;              // dB, smallest prominence of a line above its surroundings
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency

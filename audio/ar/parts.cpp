@@ -15,7 +15,7 @@ constexpr double kAudible = 25;
 constexpr double kEvenWithin = 1.5;      // dB, largest change over kEvenOver frames that counts as a constant level
 constexpr std::ptrdiff_t kEvenOver = 6;  // number of frames over which the level must be constant
 constexpr double kUnderLoad = 2.5;       // dB, increase over the idle level that counts as load
-constexpr double kShortest = 0.2;        // s; a shorter part is merged with its neighbour
+constexpr double kShortest = 0.2;  // s, lower limit of a part's duration; a shorter part is merged with its neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Level of each frame in dB.

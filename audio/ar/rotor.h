@@ -10,7 +10,7 @@ inline constexpr double kLineWindow = 4096.0 / 48000;  // s
 
 struct SpectralLine {
   double frequency = 0;   // Hz
-  double prominence = 0;  // dB above the median of the neighbouring spectrum
+  double prominence = 0;  // dB, height above the median of the neighbouring spectrum
   double level_dB = 0;    // power density, dB re 1/Hz
 };
 /// Peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer window

@@ -29,7 +29,7 @@ class DeviceOutput final : public AudioOutput {
   static constexpr Nanos kMargin = 1'000'000;
   static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  static constexpr Nanos kPatience = 2'000'000'000;  // ns to wait for a library that does not release the device
+  static constexpr Nanos kPatience = 2'000'000'000;  // ns, waiting time for a library that does not release the device
 
  private:
   static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;

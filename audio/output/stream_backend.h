@@ -11,7 +11,7 @@ namespace typodont::audio {
 
 struct StreamRequest {
   std::string device;      // device name or a part of it; empty: the default device
-  double sample_rate = 0;  // Hz; 0: the device's own rate
+  double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
   int channels = 1;  // wanted number; a device without it gets one or two
   /// Audio thread: fills frames × channels samples; false ends the stream.

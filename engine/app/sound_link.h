@@ -67,7 +67,7 @@ class SoundLink {
 
   const bool live_;
   bool begun_ = false;
-  Nanos zero_ = 0;             // ns on the machine's clock at which the session's time is zero; only for live sound
+  Nanos zero_ = 0;             // ns, time of the session's zero on the machine's clock; only for live sound
   double device_latency_ = 0;  // s, latency that the device reports
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
   audio::SynthOptions options_;

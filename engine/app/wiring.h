@@ -96,8 +96,8 @@ struct WaterSwitch {
 
 /// Timing of a frame on a screen.
 struct PictureTiming {
-  Nanos t = 0;        // ns on the machine's clock at which the frame was begun
-  double period = 0;  // s since the previous frame
+  Nanos t = 0;        // ns, time of the frame's begin on the machine's clock
+  double period = 0;  // s, time since the previous frame
   double record = 0;  // s, preparation and submission on the CPU
   double gpu = 0;     // s, GPU time by the GPU's clock, of the latest finished frame
   // s, estimated time from the hand's sample that the frame shows to the middle of the screen's next refresh

@@ -53,7 +53,8 @@ using namespace std::chrono_literals;
 
 // m, distance between tool and hand; from this distance on, the tool counts as caught
 constexpr double kStuckDistance = 3e-3;
-constexpr Nanos kStuckTime = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
+// ns, threshold: a tool that is caught for a shorter time is not reported
+constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';

@@ -37,7 +37,7 @@ struct WorkbenchOptions {
   // output file of point pairs for `calibrate register`, taken with a controller and an arm
   std::filesystem::path touches;
   double magnify = 0;          // magnification of the picture; 0: the rig's value
-  double seconds = 1e18;       // s after which the session ends
+  double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // allows a device with motors without real-time scheduling
   bool explain = false;        // prints which features are active, and why others are not
   std::filesystem::path save;  // file for the tissue, written at the end and on request; empty: none
@@ -98,7 +98,8 @@ struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
   std::uint32_t faults = 0;  // s since the command was given: first tick, first frame; 0: there was none
-  double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was no tick, no frame
+  // s, times from the command to the first tick and frame; 0: there was none
+  double first_tick_s = 0, first_frame_s = 0;
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   double jitter_us_p999 = 0, worst_jitter_us = 0;  // µs, |time between two wake-ups - period|

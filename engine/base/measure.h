@@ -41,7 +41,7 @@ class EvenSample {
 };
 
 struct MeasuredTimes {
-  double median = 0, slow = 0;  // ns; slow: the 90th percentile
+  double median = 0, slow = 0;  // ns, median and 90th percentile (`slow`)
 };
 
 /// Runs `work` in the calling thread `repeats` times (at least 1) and measures the thread CPU time of each run.

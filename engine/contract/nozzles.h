@@ -10,7 +10,7 @@ struct Nozzles {
   double ring_radius = 3e-3;  // m, distance of the nozzles from the axis
   double setback = 9e-3;      // m, distance from the bur's free end to the nozzles, along the axis
   double cone = 0.1;          // rad, standard deviation of the angle between the droplets' directions and the aim
-  double speed = 6;           // m/s of a droplet at the nozzle
+  double speed = 6;           // m/s, speed of a droplet at the nozzle
   double least_drop = 80e-6, greatest_drop = 250e-6;  // m, diameters; uniform in the logarithm
 };
 

@@ -33,7 +33,7 @@ std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 /// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
 struct Material {
   double stiffness = 1e3;  // N/m, effective stiffness for a head that touches only this tissue, at a coupling of 1 N/mm
-  double specific_energy = 30e9;  // J per m³ of removed tissue
+  double specific_energy = 30e9;  // J/m³, energy per removed volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
   double density = 2900;  // kg/m³

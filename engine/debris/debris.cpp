@@ -23,7 +23,7 @@ constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s, drag r
 constexpr std::uint32_t kRestSteps = 1024;  // steps after which a particle at rest checks whether its tissue is gone
 constexpr std::uint32_t kMostSteps = 1024;  // steps, longest time between two full updates of a moving particle
 constexpr std::size_t kGroup = 32;          // number of particles that share one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;         // m/s; a slower particle comes to rest
+constexpr double kRestSpeed = 0.05;         // m/s, threshold: a slower particle comes to rest
 constexpr double kDragError = 0.1;          // relative error of the drag rate above which the rate is recomputed
 constexpr double kStokesReynolds = 0.02;    // Reynolds number below which Stokes drag has an error of at most 1 %
 

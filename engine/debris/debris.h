@@ -33,7 +33,7 @@ struct CoarseField {
 struct Suction {
   glm::dvec3 p_W{0};     // m, position of the nozzle
   double flow = 5e-3;    // m³/s; a high-volume dental aspirator draws about 300 l/min
-  double radius = 4e-3;  // m; particles closer to the nozzle are removed
+  double radius = 4e-3;  // m, radius of the nozzle; closer particles are removed
 };
 
 struct DebrisOptions {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostNeighbours = 16;   // limit of a cell's neighbours; a cell of a smooth surface has eight
 constexpr float kStableShare = 0.4f;  // fraction of a cell's content that may leave it in one substep
-constexpr double kDryMass = 1e-16;    // kg; a cell with less water is dry
+constexpr double kDryMass = 1e-16;    // kg, threshold: a cell with less water is dry
 
 Load scaled(const Load& load, double share) {
   Load out;

@@ -58,7 +58,7 @@ struct HmdTiming {
 /// Vibration of the controller in the tool's hand. An amplitude of zero switches it off.
 struct Vibration {
   double amplitude = 0;  // 0..1, strength of the vibration
-  double frequency = 0;  // Hz; 0: the runtime chooses
+  double frequency = 0;  // Hz, frequency of the vibration; 0: the runtime chooses
 };
 
 class Hmd {

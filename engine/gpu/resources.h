@@ -57,7 +57,7 @@ struct Image {
   /// Rows of a mapped image with one layer. Read them only while no frame draws to the image.
   struct Rows {
     const std::byte* first = nullptr;
-    std::size_t pitch = 0;  // bytes from one row to the next
+    std::size_t pitch = 0;  // bytes, distance from one row to the next
   };
   Rows rows(Device& device) const;
 };

@@ -22,10 +22,10 @@ struct CloudLaw {
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³, Pa·s
   double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
   double decay_time = 2, lifetime = 6;    // s
-  double least_shown = 3e-5;              // m; smaller particles are drawn in this size but fainter
-  glm::dvec3 origin{0};                   // origin of the distance field, m, W
-  double spacing = 5e-4;                  // m
-  glm::ivec3 size{0};                     // number of samples, x slowest; 0: no tissue to bounce off
+  double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
+  glm::dvec3 origin{0};       // origin of the distance field, m, W
+  double spacing = 5e-4;      // m
+  glm::ivec3 size{0};         // number of samples, x slowest; 0: no tissue to bounce off
 };
 
 struct CloudParticle {

@@ -16,11 +16,11 @@ struct ToolShape {
   double helix = 0.5;               // turns of a flute over the length of the head
   double neck_radius = 4e-4;        // m
   double neck_length = 4e-3;        // m
-  double shank_radius = 8e-4;       // m; friction-grip shanks have a diameter of 1.6 mm
+  double shank_radius = 8e-4;       // m, radius of the shank; friction-grip shanks have a diameter of 1.6 mm
   double shank_length = 16e-3;      // m, length of the shank; 0: the tool has neither neck nor shank
   bool diamond = false;             // rough diamond grit instead of flutes
   std::vector<double> marks;        // m, z of the dark depth marks around the head
-  double thread_pitch = 0;          // m; 0: no thread
+  double thread_pitch = 0;          // m, pitch of the thread; 0: no thread
   double thread_core = 0;           // m, core radius of the thread
 };
 

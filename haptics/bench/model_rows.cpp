@@ -36,7 +36,7 @@ constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
 // N, lower limit of forces whose direction is evaluated; the direction of a smaller force is not meaningful
 constexpr double kLeast = 0.02;
 constexpr int kSettled = 100;     // number of ticks until the hand is on the surface and the force's ramp is over
-constexpr double kFallen = 8e-3;  // m below the surface: a bur that is this deep has fallen through the tissue
+constexpr double kFallen = 8e-3;  // m, depth below the surface at which a bur has fallen through the tissue
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
 constexpr double kHeld = 0.1;              // N, smallest force on a hand beyond a sheet that counts as holding the hand
 constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands

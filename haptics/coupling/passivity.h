@@ -35,7 +35,7 @@ struct PassivityLaw {
   double start_fraction =
       0.1;  // fraction of the greatest change, threshold: a smaller mean (start or end of one stroke) adds no margin
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
-  // s of motion for which greatest speed and greatest change do not decay; time at rest does not count
+  // s, time in motion for which greatest speed and greatest change do not decay; time at rest does not count
   double hold = 1;
   // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
   double free_hold = 0.15;
@@ -47,8 +47,8 @@ struct PassivityLaw {
   // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
-  // J by which the ledger may be overdrawn: a part of the allowed debt of 1 nJ; the rest is for rounding and a sudden
-  // reversal
+  // J, debt that the ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for rounding and
+  // a sudden reversal.
   double credit = 0.5e-9;
 };
 
@@ -65,8 +65,8 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  double retreat = 0;  // m per tick: greatest recent retreat, out of the tissue or against the previous displacement
-  double advance = 0;  // m per tick: greatest recent advance against the force
+  double retreat = 0;  // m per tick, greatest recent retreat, out of the tissue or against the previous displacement
+  double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement in the tick before
   double way = 0;      // m, length of `moved`
   // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
@@ -76,7 +76,7 @@ struct PassivityState {
   double mean_change = 0;       // m/s, mean velocity change over about the last hundred ticks of motion
   dvec3 heading{0};             // m, displacement in the last tick in which the hand moved
   double fade = 1;              // decay factor per tick of the greatest speed (`pace`) and the greatest `change`
-  double since_reversal = 1e9;  // s of motion since the hand last reversed at a considerable speed
+  double since_reversal = 1e9;  // s, time in motion since the hand last reversed at a considerable speed
   double longest = 0;           // s, longest recent tick
   // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before
   double rotation_retreat = 0, rotation_advance = 0;

@@ -62,7 +62,7 @@ TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  constexpr float kSlip = 1e-3f;  // voxels; upper bound of the rounding error of the plane through A
+  constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of the plane through A
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
   BallRows rows;
@@ -84,7 +84,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      if (where[g / kLanes] == kAllBehind) continue;  // these samples never rise
+      if (where[g / kLanes] == kAllBehind) continue;  // the values of these samples never increase
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
         carve_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);

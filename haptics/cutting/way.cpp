@@ -32,7 +32,7 @@ namespace {
 namespace {
 
 constexpr int kSteps = 24;           // limit of the steps of a search; almost every search needs fewer than ten
-constexpr float kBesideSlip = 0.5f;  // voxels; upper bound of the error when a block is evaluated at its centre
+constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
 
 /// Restricts `lowest` .. `highest` (heights of the first samples of blocks) to heights within `far` of an axis. The
 /// blocks' centres have the horizontal offset `off` from a point on the axis at height `height`. Returns false if no

@@ -33,7 +33,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // blocks
-  float way;               // voxels of path at the end of the sweep
+  float way;               // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
   /// The due values of a row of blocks along z, from the block that begins at `voxel` to the block that contains
@@ -41,11 +41,12 @@ struct DueBlocks {
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
-inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample
+inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed largest depth of a sample
 // voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
-inline constexpr float kNear = 0.01f;  // voxels; nearer to a corner, rounding dominates the direction from the corner
+// voxels, limit: nearer to a corner, rounding dominates the direction from the corner
+inline constexpr float kNear = 0.01f;
 
 /// Smallest distance r from the axis at which the additional depth between the ends of a path, about way² / 4 r, can
 /// be ignored, if one piece is nearest along the whole path.

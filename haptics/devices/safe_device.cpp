@@ -17,7 +17,7 @@ namespace {
 // s, limit of the time between two samples; a longer gap means that the clock jumped or that the loop did not run
 constexpr double kLongestGap = 0.1;
 constexpr double kNoise = 5e-4;             // m, limit of the apparent motion of a hand at rest between two samples
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two checks while there is no force
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks while there is no force
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
@@ -210,7 +210,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s of observed motion; the motion in a longer gap was not observed
+    // s, time of observed motion; the motion in a longer gap was not observed
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

@@ -92,7 +92,8 @@ std::string nrrd_of(const Imported& imported) {
 std::string nifti_of(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const Placing p = placing_of(imported);
-  constexpr std::size_t kHeader = 352;  // bytes; includes four bytes that say that no extension follows
+  // bytes, length of the header, with four bytes that say that no extension follows
+  constexpr std::size_t kHeader = 352;
   std::string head(kHeader, '\0');
   const auto put = [&](std::size_t at, auto value) { std::memcpy(&head[at], &value, sizeof value); };
   constexpr std::int16_t kUint8 = 2, kBits = 8, kScannerSpace = 1;

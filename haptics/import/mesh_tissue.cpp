@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kMostTriangles = 10'000'000;
 constexpr double kLeastVoxel = 0.1e-3;  // m, smallest default voxel
 constexpr double kUsualVoxels = 12e6;   // limit of the number of voxels if the default voxel is used
-constexpr double kVoxelStep = 0.01e-3;  // m; the default voxel is rounded up to a multiple of this value
+constexpr double kVoxelStep = 0.01e-3;  // m, step: the default voxel size is rounded up to a multiple of this value
 constexpr double kBand = 1.5e-3;        // m, limit of the stored distances
 constexpr double kLeastArea = 1e-9;     // lower limit of the area, as a fraction of the squared longest extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, limits of a mesh's longest extent

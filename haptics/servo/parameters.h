@@ -18,7 +18,8 @@ struct MotionParameters {
   static constexpr double lost_distance = 0.02;
   // m, limit of the hand's distance from the origin; a larger distance is illegal input
   static constexpr double workspace = 100;
-  static constexpr double longest_tick = 0.1;  // s; a longer tick is a jump of the clock and counts as a nominal tick
+  // s, limit: a longer tick is a jump of the clock and counts as a nominal tick
+  static constexpr double longest_tick = 0.1;
   // s, time for which a new snapshot may be due before the servo reports a fault
   static constexpr double stale_time = 0.02;
 };

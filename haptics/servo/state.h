@@ -24,7 +24,7 @@ struct TickData {
   ServoTick& out;
   Cut& cut;
   Pose X_WT{};               // pose of the hand, checked, with a unit quaternion
-  double dt = 0;             // s since the last tick, measured
+  double dt = 0;             // s, measured time since the last tick
   dvec3 moved{0};            // m, displacement of the hand since the last tick
   dvec3 turned{0};           // rad, rotation of the hand since the last tick
   double given_to_hand = 0;  // J, energy that the device gave the hand since the last tick
@@ -118,8 +118,9 @@ struct Servo::State {
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
-    double stored = 0;    // J stored in the coupling in the last tick
-    double given = 0;     // J that leading the tool out of tissue put into the coupling; the ledger allows this energy
+    double stored = 0;  // J stored in the coupling in the last tick
+    // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
+    double given = 0;
     bool unpaid = false;  // the ledger holds far less energy than the coupling, so the ledger limits the force
     double ramp = 0;      // 0..1, factor on the force at start and end
     bool ending = false;
@@ -129,7 +130,7 @@ struct Servo::State {
     dvec3 last_teeth_force{0};     // N, part of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
-    double teeth_energy = 0;       // J that the teeth gave the hand so far
+    double teeth_energy = 0;       // J, energy that the teeth have given to the hand so far
   };
 
   /// State of the friction on soft tissue.

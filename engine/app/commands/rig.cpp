@@ -26,7 +26,7 @@ using Value = nlohmann::ordered_json;
 /// Workspace of an arm, from the manufacturer's data sheet; for a cylindrical workspace, the box inside the cylinder.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // mm; width, depth, height
+  dvec3 box_mm;  // mm, width, depth and height of the arm's box
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},

@@ -54,7 +54,7 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   audio::SoundState state;
   state.spindle = models.free_speed;
   synth.push(state);
-  constexpr double kEvery = 0.01;  // s between two states
+  constexpr double kEvery = 0.01;  // s, time between two states
   std::size_t i = 0;
   std::vector<float> y(static_cast<std::size_t>(std::min(seconds, fit.to - fit.from) * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);

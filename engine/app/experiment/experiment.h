@@ -48,7 +48,7 @@ enum class Answer { kFirst, kSecond };
 struct AnsweredTrial {
   Trial trial;
   Answer answer = Answer::kFirst;
-  double seconds = 0;  // s from the question to the answer; 0 for a simulated subject
+  double seconds = 0;  // s, time from the question to the answer; 0 for a simulated subject
   bool right() const { return (answer == Answer::kSecond) == trial.greater_second; }
 };
 

@@ -41,7 +41,7 @@ class XrStage {
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
     render::ParticleCloud* cloud = nullptr;  // particles on this stage's device; null: none
-    double dt = 0;                           // s since the last frame; used to rotate the bur
+    double dt = 0;                           // s, time since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
     SuctionTip suction;                      // opening 0: none
   };

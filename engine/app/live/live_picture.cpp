@@ -18,10 +18,11 @@ using namespace std::chrono_literals;
 
 // ns, limit: if the device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between searches for changed bricks, with software rendering
-constexpr Nanos kBriefWait = 4'000'000;               // ns between checks for motion
-constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a free viewpoint
-constexpr int kImplantSections = 2;                   // number of sections; one is along the arch, the other across it
+// ns, time between searches for changed bricks, with software rendering
+constexpr Nanos kProcessorMeshInterval = 33'000'000;
+constexpr Nanos kBriefWait = 4'000'000;     // ns, time between checks for motion
+constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between pictures from a free viewpoint
+constexpr int kImplantSections = 2;         // number of sections; one is along the arch, the other across it
 // A section follows the drill in steps of at least this size.
 constexpr double kSectionTurns = 0.02;    // rad, step of rotation
 constexpr double kSectionMoves = 0.1e-3;  // m, step of translation

@@ -132,7 +132,7 @@ class LivePicture {
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
 
   Viewpoint own_from_;
-  glm::ivec2 own_size_{0};  // pixels; 0: no picture from the free viewpoint is drawn
+  glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
   Nanos revived_;  // time when the picture was last created again

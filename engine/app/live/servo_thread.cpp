@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kGumInterval = 16'000'000;  // ns between two updates of the soft gum in the picture
+constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the soft gum in the picture
 constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
 // Faults that are input of Servo::tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);

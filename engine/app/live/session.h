@@ -44,7 +44,7 @@ struct LiveSession {
   bool watched = false;  // true: bricks are also sent to the operator's picture; the other copy goes to the headset
   StrokeHistory book;    // CARVER: the changes that each stroke made
   std::string carver_failure;        // CARVER: reason for a failure of the carver
-  Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
+  Nanos mesh_interval = 16'000'000;  // ns, time between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
   std::size_t picture_stream = 0;    // index of the recorded stream for a screen's frames
   SoundLink* sound = nullptr;

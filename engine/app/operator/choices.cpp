@@ -11,8 +11,9 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // ns between two searches for devices; each takes milliseconds
-}
+// ns, time between two searches for devices; a search takes milliseconds
+constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;
+}  // namespace
 
 Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pictures_(s, w) {
   s_.chinese = can_show(session::Language::kChinese);

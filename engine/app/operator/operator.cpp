@@ -40,10 +40,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 60;        // s between frames while nothing happens
-constexpr Nanos kIdleWait = 25'000'000;  // ns between checks for changes that cause no desktop event
+constexpr double kIdleFrame = 60;        // s, time between frames while nothing happens
+constexpr Nanos kIdleWait = 25'000'000;  // ns, time between checks for changes that cause no desktop event
 constexpr Nanos kBriefWait = 4'000'000;  // ns, lower limit of the duration of an idle turn
-constexpr double kSessionFrame = 0.05;   // s between frames of this window during a session
+constexpr double kSessionFrame = 0.05;   // s, time between frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
 /// Draws the pages frame by frame, and executes their requests between two frames.

@@ -14,7 +14,8 @@ constexpr double kFilm = 3e-4;        // m, spacing of the field with a film: a 
 constexpr double kFilmShown = 0.05;   // s, interval between updates of the film's picture
 constexpr double kCutSteps = 0.1e-3;  // m, motion of the head after which the field is cut again
 constexpr double kPressed = 0.05;     // pedal value, 0..1, from which the handpiece sprays
-constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
+constexpr float kLeastShown =
+    3e-5f;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
 constexpr int kLumps = 8;            // number of cuts whose chips are created together with software rendering

@@ -18,9 +18,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pictures
+constexpr Nanos kGiveFor = 4'000'000;  // ns, time per turn for passing bricks to pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns between copies, because making a copy blocks the carver for some milliseconds
+// ns, time between copies, because making a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;  // niceness; the thread's priority is lower than the priorities of servo and picture
 constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences

@@ -26,7 +26,7 @@ struct Look {
 struct Viewpoint {
   double azimuth = -1.5707963267948966;  // rad, angle about W's z from x to the direction of the viewer
   double elevation = 1.0;                // rad, elevation of the viewer's direction above the horizontal plane
-  double distance = 0.15;                // m from the tooth's middle to the viewer
+  double distance = 0.15;                // m, distance from the tooth's middle to the viewer
   glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
 };
 

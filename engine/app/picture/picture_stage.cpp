@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view kDiamond =
     "80";  // ISO 6360: the codes of galvanically bonded diamond, 801 to 807, begin with these digits
-constexpr double kDisplayInterval = 0.1;  // s between updates of the displayed numbers, so that they are readable
+constexpr double kDisplayInterval = 0.1;  // s, time between updates of the displayed numbers, so that they are readable
 
 /// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
 render::ToolShape shape_of(const haptics::Tool& tool) {
@@ -37,7 +37,7 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
 
 /// Adds two flutes of a twist drill, depth marks and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
-  constexpr double kFluteRise = 12e-3;         // m of drill per turn of its flutes
+  constexpr double kFluteRise = 12e-3;         // m, length of the drill per turn of its flutes
   constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank (ISO 1797 type 1)
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());

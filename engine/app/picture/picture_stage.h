@@ -178,7 +178,7 @@ class PictureStage {
   display::DisplayRig rig_;
   display::Head rest_;  // the head's pose in the rig file
   std::optional<display::HeadTracker> tracker_;
-  double latency_ = 1.0 / 30;  // s from reading the tracker to the picture on the screen, running mean
+  double latency_ = 1.0 / 30;  // s, running mean of the time from reading the tracker to the picture on the screen
   haptics::ServoSettings servo_;
   Options options_;
   std::optional<gpu::Device> own_device_;

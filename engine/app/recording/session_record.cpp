@@ -155,7 +155,7 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;  // ns between samples of the sound's parameters
+constexpr Nanos kSoundEvery = 10'000'000;  // ns, time between samples of the sound's parameters
 // ns, limit: if a fault ends and returns sooner than this, it is not recorded again
 constexpr Nanos kFaultAgain = kNanosPerSecond;
 

@@ -57,7 +57,7 @@ struct Surroundings {
   /// The gum covers the uncut tooth, and makes it invisible, at points p_W with dot(covered, (p_W, 1)) < 0. Zero: at
   /// no point.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m; the coarse mesh is good enough if the allowed surface error is larger
+  double coarse_from = 0;  // m, threshold: the coarse mesh is sufficient if the allowed surface error is larger
   /// The region in which light between bodies is computed (render::LightScene). Empty: a scene without a mouth.
   std::optional<render::BoxInWorld> lit;
 };

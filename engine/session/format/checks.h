@@ -15,13 +15,13 @@ namespace typodont::session {
 struct RecordingLimits {
   // ns, limit of |time|; times may be negative, because streams may begin before the first tick
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
-  double farthest = 100;         // m from the workbench's origin; the servo refuses a hand beyond it
-  double farthest_cut = 10;      // m, limit of a cut's distance from the origin; real cuts are near the tissue
-  double longest_cut = 0.05;     // m, length of one tick's cut; a surface patch is smaller than this
-  double largest_fill = 6e-3;    // m, limit of the radius; real tools have at most 5 mm
-  double greatest_force = 1e3;   // N, limit of the force
-  double fastest_spindle = 1e6;  // rad/s, limit of the spindle's speed
-  double largest_volume = 1;     // m³, limit of a volume
+  double farthest = 100;     // m, limit of the distance from the workbench's origin; the servo refuses a hand beyond it
+  double farthest_cut = 10;  // m, limit of a cut's distance from the origin; real cuts are near the tissue
+  double longest_cut = 0.05;                   // m, length of one tick's cut; a surface patch is smaller than this
+  double largest_fill = 6e-3;                  // m, limit of the radius; real tools have at most 5 mm
+  double greatest_force = 1e3;                 // N, limit of the force
+  double fastest_spindle = 1e6;                // rad/s, limit of the spindle's speed
+  double largest_volume = 1;                   // m³, limit of a volume
   double lowest_rate = 1, highest_rate = 1e5;  // Hz, limits of the servo's rate
   std::uint64_t most_ticks = 864'000'000;      // limit: number of ticks in a day at 10 kHz
   std::uint64_t most_rows_bytes = 4ull << 30;  // bytes, limit of a table that is kept completely in memory

@@ -135,7 +135,7 @@ class OffsetModel : public PatchModel {
   double overlap_ = 0;    // voxels, overlap with tissue that remains to be resolved by moving the head out
   double wall_ = 0;       // Contact::wall of the last tick
   bool breaking_through_ = false;
-  double lost_for_ = 0;     // s since the patch last contained the tool
+  double lost_for_ = 0;     // s, time since the patch last contained the tool
   double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: no plane replaces it
   dvec3 bridge_from_{0};    // the head's centre where the snapshot ended
   double rejoining_ = 0;    // s, remaining time of the smooth return from a bridging plane to the surface

@@ -14,10 +14,10 @@ struct SearchParameters {
   // Voxels, longest step with one contact; a step passes through no tissue that is thicker than this.
   static constexpr double free_step = 1.5;
   static constexpr double reuse_distance = 0.3;  // voxels, path length after which contacts are searched again
-  static constexpr double converged = 1e-6;      // voxels; a shorter step ends the search on one smooth wall
+  static constexpr double converged = 1e-6;      // voxels, threshold: a shorter step ends the search on one smooth wall
   // Voxels; the search ends when the remaining path, extrapolated as a geometric series, is shorter than this.
   static constexpr double foreseen = 1e-7;
-  static constexpr double settled = 2e-5;  // voxels; a shorter step among several contacts ends the search
+  static constexpr double settled = 2e-5;  // voxels, threshold: a shorter step among several contacts ends the search
   // Voxels; a shorter step among several contacts ends the search of a cutting tool. The error is about the step's
   // square.
   static constexpr double settled_cutting = 0.03;
@@ -60,8 +60,9 @@ struct PaceParameters {
   static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: lateral force divided by push
   static constexpr double tolerance = 1.02;   // ratio of speed to speed limit up to which the limit counts as observed
   static constexpr int rounds = 4;            // limit of iterations toward the speed limit
-  static constexpr double free_debt = 3e-3;   // s of the motor's work, energy debt above which a bur is slowed down
-  static constexpr double standing_debt = 12e-3;  // s of the motor's work, energy debt at which the bur stops
+  // s, debt as a time of the motor's work: a bur with a larger debt is slowed down
+  static constexpr double free_debt = 3e-3;
+  static constexpr double standing_debt = 12e-3;  // s, debt as a time of the motor's work: a bur with this debt stops
 };
 
 /// Limits for a hand that falls because the tissue under the bur was removed: they limit the speed at which the bur
@@ -91,7 +92,7 @@ struct WallParameters {
 /// Recovery of a tool inside tissue, and of a tool outside its patch.
 struct RecoveryParameters {
   static constexpr double recovery_time = 6e-3;  // s, time constant with which the tool is led out of tissue
-  static constexpr double least_overlap = 0.01;  // voxels of overlap below which the tool counts as outside
+  static constexpr double least_overlap = 0.01;  // voxels, overlap below which the tool counts as outside
   static constexpr double patch_wait =
       0.01;  // s, time that the tool may wait at the border of its patch before the patch counts as late
   // m, distance from the patch's border up to which the last contact's plane has its full force

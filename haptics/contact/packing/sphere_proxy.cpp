@@ -246,7 +246,7 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m of approach per unit of the motion's parameter
+  // m, approach per unit of the motion's parameter
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }

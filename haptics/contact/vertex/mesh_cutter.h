@@ -18,7 +18,7 @@ struct CutParameters {
   // Upper limit of an edge's length; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // lower limit of an edge's length; a shorter edge is collapsed
-  // length of a step of the head; short enough that no face rotates far in one step
+  // Length of a step of the head, as a ratio to the edge length. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
   // Limit of a vertex's displacement in a step; a vertex that would move farther belongs to another wall.
   static constexpr double farthest = 3;

@@ -52,7 +52,7 @@ class VoxelPenaltyModel final : public PatchModel {
   std::uint32_t tool_ = 0;
   std::vector<Touching> touching_;  // contacts of this tick; sized at set-up
   std::size_t count_ = 0;
-  dvec3 c_{0};  // the head's centre in this tick
+  dvec3 c_{0};  // position of the head's centre in this tick, V (voxels)
 };
 
 }  // namespace typodont::haptics::voxel_penalty

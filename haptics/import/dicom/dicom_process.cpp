@@ -81,7 +81,8 @@ bool read_text(Scratch& in, std::string& text) {
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
   constexpr std::size_t kMostDeaths = 50;
-  constexpr std::uint64_t kOutputPerFile = 1 << 20;  // bytes; a file with 4096 frames of about 150 bytes fits
+  // bytes, limit of the output per file; 4096 frames of about 150 bytes fit
+  constexpr std::uint64_t kOutputPerFile = 1 << 20;
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {

@@ -36,7 +36,7 @@ struct DicomFrame {
   std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0;
   // mm, position of the first voxel; unit vectors, directions of rows and columns; mm, spacing down and across
   double position[3] = {}, orientation[6] = {}, spacing[2] = {};
-  double gap = 0;  // mm between slices, according to the file
+  double gap = 0;  // mm, distance between slices according to the file
   double slope = 1, intercept = 0;
 };
 
