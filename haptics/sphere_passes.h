@@ -96,8 +96,8 @@ class SpherePasses {
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
   /// Pass 2: all pairs that overlap, with the volume of their lens. The list is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3 without removal: measures what each sphere of the tool would remove from each sphere of the tissue, after the
-  /// spheres of the tool before it.
+  /// Pass 3 without removal: measures what each sphere of the tool would remove from each sphere of the tissue, after
+  /// the spheres of the tool before it.
   virtual bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
   /// Pass 3: the tool's spheres, one after another, shrink the spheres on their path. Lists all changes of each sphere.
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;

@@ -102,8 +102,8 @@ struct TissueVolume::Impl {
   bool exact_outside = true;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
-  KeySet changed;                          // bricks that changed since the last take_changed_bricks()
-  KeySet carved;  // bricks that were cut: outside the tissue, their distances are no longer exact
+  KeySet changed;  // bricks that changed since the last take_changed_bricks()
+  KeySet carved;   // bricks that were cut: outside the tissue, their distances are no longer exact
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
