@@ -111,12 +111,10 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
       see(result.any, step);
       if (static_cast<double>(since_touch) > kRate * kPushLanding) see(result.after_landing, step);
     }
-    result.deepest = std::max(result.deepest, tick.depth);
     result.least_energy = std::min(result.least_energy, tick.energy);
     result.faults |= tick.faults;
     last = tick;
   });
-  for (const double volume : last.removed) result.removed += volume;
   return result;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,12 +43,10 @@ struct PushSteps {
   double over = 0;  // N
 };
 struct PushResult {
-  PushSteps any;            // in all ticks
-  PushSteps after_landing;  // later than kPushLanding after the last touch
-  double least_energy = 0;  // J, minimum of the energy ledger
-  double removed = 0;       // m³
-  double deepest = 0;       // m, largest distance of the hand from the proxy
-  std::uint32_t faults = 0;
+  PushSteps any;             // in all ticks
+  PushSteps after_landing;   // later than kPushLanding after the last touch
+  double least_energy = 0;   // J, minimum of the energy ledger
+  std::uint32_t faults = 0;  // bits of enum Fault, of all ticks
 };
 
 /// The molar with caries that all hands drill. Throws Error.
