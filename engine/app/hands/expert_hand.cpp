@@ -127,7 +127,7 @@ struct Filling {
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
   static constexpr double trusted = 0.7;  // fraction of the free distance by which an instrument is lowered in one step
-  static constexpr double free = 0.1;     // voxels, clearance between the instrument and the tissue
+  static constexpr double free = 0.03;    // voxels, clearance between the instrument and the tissue
   // height and radius of a portion, as fractions of the fill's reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
@@ -147,9 +147,9 @@ struct Filling {
   // excess is carved away later: `carved_again`, and `overfilled` in the second pass. On the enamel beside the cavity
   // an edge hardly removes the excess, so the cost is high: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  static constexpr double rim = 1;  // voxels, distance below the contour at which cavity and enamel are distinguished
+  static constexpr double rim = 0;  // voxels, distance below the contour at which cavity and enamel are distinguished
   // m, height above the lowest missing voxel up to which filling counts as a gain
-  static constexpr double layer = 0.4e-3;
+  static constexpr double layer = 0.6e-3;
   // voxels, distance by which a dome must enclose a voxel's centre to fill the voxel
   static constexpr double whole_voxel = 0.9;
   static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: the volume filled in one tick
@@ -162,8 +162,9 @@ struct Filling {
 struct Rounds {
   // Another round of cutting is planned only if the last one at least halved the error.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;             // limit of the number of rounds of cutting
-  static constexpr double least_layer = 0.01e-9;  // m³, limit: a layer with less filling counts as useless
+  static constexpr int most_cuts = 4;                 // limit of the number of rounds of cutting
+  static constexpr double clearly_too_high = 0.1e-3;  // m, thinner excess remains at the first carving
+  static constexpr double least_layer = 0.01e-9;      // m³, limit: a layer with less filling counts as useless
   // limit of the number of consecutive useless layers; then the next instrument is taken
   static constexpr int most_vain = 3;
 };
@@ -293,7 +294,8 @@ class Plan {
   }
 
   /// Plans the cutting with one tool after the other (ToolChoice), as long as the next tool reduces the error.
-  void cut(bool by_hand) {
+  /// Tissue thinner than `least` (m) is left.
+  void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
@@ -305,7 +307,7 @@ class Plan {
       for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::most_tried; ++i) {
         const haptics::Tool& tool = tools_[i];
         if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
-        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true)};
+        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true, least_thickness)};
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate.strokes);
         candidate.left = remaining_difference(judge_.preparation(after));
@@ -323,7 +325,7 @@ class Plan {
       const haptics::Tool& tool = tools_[best->tool];
       const bool other_finishes = least < ToolChoice::hardly_less * best->left;
       const std::vector<Stroke> strokes =
-          other_finishes ? plan(now, tool, by_hand, /*finish=*/false) : std::move(best->strokes);
+          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, least_thickness) : std::move(best->strokes);
       log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
                 best->left * 1e9);
       if (goes_straight_in(strokes)) go_up_by_sizes(best->tool, strokes.front());
@@ -357,12 +359,12 @@ class Plan {
     double left = 0;  // m³, remaining difference from the ideal
     std::vector<Stroke> strokes;
   };
-  std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
-                           bool finish) const {
+  std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
+                           double least_thickness) const {
     const double step = std::clamp(ToolChoice::pass * tool.diameter, grip_.size * ToolChoice::least_pass,
                                    grip_.size * ToolChoice::most_pass);
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
-                        around_, finish, grip_.size);
+                        around_, finish, grip_.size, least_thickness);
   }
   /// Appends the legs for some strokes. `bulk_force`: push of the bulk's strokes, as a fraction of the task's mean
   /// force.
@@ -857,7 +859,9 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    plan.cut(/*by_hand=*/true);
+    // More filling follows the first carving, so this carving only removes what is clearly too high.
+    const bool filling_resumes = layers_ > 0 && cuts_ == 0;
+    plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();
     if (!legs.empty()) ++cuts_;
     if (cuts_ > 1) layers_cut_ = layers_;

@@ -49,8 +49,9 @@ constexpr int kBisectionSteps = 7;  // number of bisection steps between two gri
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                const SurroundingsShape* around, double size)
+                const SurroundingsShape* around, double size, double least)
       : size_(size),
+        least_taken_(std::max(kLeastTaken / size, least / in.frame.voxel)),
         in_(in),
         tool_(tool),
         around_(around),
@@ -585,7 +586,8 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;  // size of the work relative to a tooth
+  const double size_;         // size of the work relative to a tooth
+  const double least_taken_;  // voxels, threshold: thinner tissue gets no pass
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
@@ -595,7 +597,6 @@ class StrokePlanner {
   const double on_line_ = size_ * kOnLine;
   const double same_level_ = size_ * kSameLevel;
   const double floor_of_column_ = size_ * kFloorOfColumn;
-  const double least_taken_ = kLeastTaken / size_;  // voxels; the same length for all voxel sizes
   const session::Preparation& in_;
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
@@ -627,8 +628,8 @@ dquat toward(const dvec3& axis_W) {
 }
 
 std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                                 const SurroundingsShape* around, bool finish, double size) {
-  return StrokePlanner(in, tool, step, into, around, size).plan(finish);
+                                 const SurroundingsShape* around, bool finish, double size, double least) {
+  return StrokePlanner(in, tool, step, into, around, size, least).plan(finish);
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {

@@ -26,10 +26,10 @@ dquat toward(const dvec3& axis_W);
 /// and the shank does not touch it. Strokes that would remove nothing are omitted. The shank points along the
 /// preparation's axis. `step`: m between the passes along floor and walls. `around`: neighbours and gum, which the
 /// head does not touch; null: no surroundings. `size`: ratio of the work's size to that of a tooth; distances between
-/// positions and tolerances are multiplied by it.
+/// positions and tolerances are multiplied by it. `least`: m, tissue that is thinner gets no strokes.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
-                                 double size = 1);
+                                 double size = 1, double least = 0);
 
 /// Cuts the strokes out of the tissue without a servo. The result is that of a tool that follows the strokes exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
