@@ -1,5 +1,6 @@
 // Measures the cost of an import: processor time and peak memory per voxel, for scans and meshes of clinical sizes.
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -160,6 +161,7 @@ void write_ball(const fs::path& file, double radius) {
 
 void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
              const std::function<haptics::Imported()>& import) {
+  malloc_trim(0);  // memory that earlier cases have freed does not count
   const double before = Memory::now(), start = processor_seconds();
   Memory::start();
   double estimate = 0;

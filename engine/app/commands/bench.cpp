@@ -185,7 +185,13 @@ void run(const Options& options) {
     log::info("measuring {}", part.name);
     measured.push_back({&part, part.rows(asked)});
   }
-  const std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
+  std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
+  if (!options.keep.empty()) {  // the kept rows were not measured on this machine today
+    LineReader in(options.keep, InputKind::kTable);
+    std::string first;
+    if (in.next(first) && first.starts_with("# "))
+      made = fmt::format("{} ({}); all other parts: {}", made, fmt::join(options.names, ", "), first.substr(2));
+  }
   if (!options.out.empty()) write_file_atomically(options.out, csv(measured, made), FileKind::kTable, Over::kItsInput);
   if (!options.page.empty()) write_performance_page(options.page, measured, made);
   if (options.json) {
