@@ -294,7 +294,7 @@ class Plan {
   }
 
   /// Plans the cutting with one tool after the other (ToolChoice), as long as the next tool reduces the error.
-  /// Tissue thinner than `least` (m) is left.
+  /// Tissue thinner than `least_thickness` (m) is left.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
