@@ -1,4 +1,4 @@
-// The carver's half of a contact method: the tissue in the form that the method needs.
+// The part of a contact method that runs on the carver thread: the tissue in the form that the method needs.
 #pragma once
 
 #include <cstdint>

@@ -188,14 +188,15 @@ struct BelowAny {
   }
 };
 
-/// Data shared by the samples of some groups: the positions in the head without the part that depends on the height,
-/// and the motion of the first sample as the head moves back to its previous pose.
+/// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: position of the group's samples in
+/// the head's frame, without the term that depends on the sample's z coordinate in the volume. way_x, way_y, way_z:
+/// path of the group's first sample relative to the head, while the head moves back to its previous pose. Voxels.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// Motion of the head relative to groups, evaluated at their middles.
+/// Motion of the head relative to the groups, evaluated at the middle of each group.
 struct HeadSides {
   float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis

@@ -26,7 +26,8 @@ struct SoftParameters {
   static constexpr double least_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point makes its neighbours active
   static constexpr double sleeps = 2e-6;  // m, displacement below which a point comes to rest
-  // m, height above a tip's end at which the tip must be as wide as the distance between two points
+  // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
+  // points; a thinner head is thickened, because it would pass between the points
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;        // m, length of the shank that has contact
   static constexpr double largest_ball = 1e-3;  // m, half the distance of the balls along the axis

@@ -60,8 +60,9 @@ struct Lead {
   static constexpr double always_allowed_lead = 2e-3;
   // limit of a cut's force, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // If something holds the tool back, the hand waits for it in the air, too: m, distance from tool to hand above which
-  // the hand slows down, distance over which its pace falls, and lower bound of the pace as a fraction.
+  // If something holds the tool back, the hand slows down until the tool follows; it also does so without contact.
+  // waits_from: m, distance from tool to hand above which the hand slows down. waits_over: m, further distance over
+  // which its pace falls to the lower bound. least_pace: this bound, as a fraction of the full pace.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 

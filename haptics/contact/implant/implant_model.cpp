@@ -11,7 +11,7 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as stopped
-constexpr double kAtPlace = 2e-6;            // m, largest distance from the bed's axis at which a tool cuts
+constexpr double kAtPlace = 2e-6;            // m; a tool farther than this from the bed's axis does not cut
 constexpr double kTipContactCosine = 0.5;    // cosine between force and axis above which the contact is at the tip
 constexpr double kThreadGrips = 0.2e-3;      // m, depth in the bed from which a thread engages
 // m, tolerance of a seated implant's depth, and of its distance from the bed's bottom

@@ -18,9 +18,9 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;  // m, remaining displacement below which the proxy has reached its goal
 // rad, limit of the rotation in one step: the chord then deviates from the arc by 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, mean margin of the near lists
-constexpr double kLargestMargin = 300e-6;  // m, margin of the lists of a fast tool
-constexpr double kAhead = 3;               // margin of a fast tool as a multiple of its motion
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of near spheres
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin, for a fast tool
+constexpr double kAhead = 3;               // mean margin of a fast tool as a multiple of its motion
 constexpr double kLook = 2e-3;             // m, search distance if no sphere lies within the margin
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
 // m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
