@@ -18,7 +18,7 @@ class TissueBody {
  public:
   virtual ~TissueBody() = default;
 
-  /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
+  /// `laws`: version of the force laws of the servo whose cuts this body repeats. Called before the first cut.
   virtual void set_laws(std::uint32_t /*laws*/) {}
 
   // Functions for strokes.

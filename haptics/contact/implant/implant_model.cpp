@@ -21,7 +21,7 @@ constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the torque about the axis
 constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
 
-// the first version of the servo's laws that merges voxels of an end
+// the first version of the force laws in which voxels of a tool's end are merged into larger ones
 constexpr std::uint32_t kLawsOfCoarseEnd = 7;
 
 dvec3 axis_of(const dquat& R_WT) {

@@ -64,24 +64,25 @@ struct PaceParameters {
   static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: lateral force divided by push
   static constexpr double tolerance = 1.02;   // ratio of speed to speed limit up to which the limit counts as observed
   static constexpr int rounds = 4;            // limit of iterations toward the speed limit
-  // s, debt as a time of the motor's work: a bur with a larger debt is slowed down
+  // A bur is in debt if it has removed tissue before the motor's work has paid for it. The debt is given in s, the time
+  // in which the motor does this work. A bur with a larger debt than this is slowed down.
   static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s, debt as a time of the motor's work: a bur with this debt stops
+  static constexpr double standing_debt = 12e-3;  // s, debt at which a bur stops
 };
 
-/// Limits for a hand that falls because the tissue under the bur was removed: they limit the speed at which the bur
-/// lands (follow_fall).
+/// Parameters for a hand that falls because the tissue under the bur was removed. They limit the landing speed, which
+/// is the speed at which the bur then meets the tissue (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the hand's short-term mean velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
   static constexpr double push_time = 0.05;   // s, time constant of the mean push that held the hand up
-  static constexpr double gain = 5;           // N/s, gained speed × stiffness above which a motion is a fall
-  static constexpr double along = 0.3;        // least cosine between the mean push and the direction against the fall
+  static constexpr double gain = 5;     // N/s, increase of the hand's speed × stiffness above which a motion is a fall
+  static constexpr double along = 0.3;  // least cosine between the mean push and the direction against the fall
   static constexpr double landing_slew = 12;  // N/s, landing speed × stiffness that is always allowed
-  // A landing speed (speed of the bur at contact with the new surface) of up to this factor times the hand's long-term
-  // mean speed is always allowed.
+  // A landing speed of up to this factor times the hand's long-term mean speed is always allowed.
   static constexpr double growth = 1.2;
-  static constexpr double brake = 12;  // N/s, largest required reduction of fall speed × stiffness
+  // N/s, limit of the required braking: the difference between the hand's speed and the landing speed, × stiffness
+  static constexpr double brake = 12;
 };
 
 /// One-sided walls from soft to hard tissue (Wang 2009, "boundary walls").

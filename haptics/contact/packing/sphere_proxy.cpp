@@ -103,8 +103,8 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // The margins differ between lists, so that the lists of a tool that moves straight on are not all renewed in the
-  // same tick.
+  // The margins differ between lists, so that the lists of a tool that moves straight on are not all computed anew in
+  // the same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
