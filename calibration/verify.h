@@ -25,10 +25,10 @@ struct VerifyResult {
   int points = 0;
   double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
   double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
-  // m, rms and largest systematic error over the workspace: the error is a smooth field fitted to the touches,
-  // corrected for its own noise
+  // m, rms and largest value of the systematic error in the workspace. The systematic error is a smooth field that is
+  // fitted to the errors of the touches. The part that the touches' noise adds to the field is subtracted.
   double rms = 0, worst = 0;
-  double uncertainty = 0;  // m, rms noise of the fitted field
+  double uncertainty = 0;  // m, rms error of the fitted field because of the touches' noise
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
   std::vector<MapPoint> map;          // 9×9×9, x fastest

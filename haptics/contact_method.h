@@ -25,9 +25,9 @@ class ContactMethod {
   virtual std::string_view name() const = 0;
   /// True if the method's bodies have their own triangles for pictures (TissueBody::surface).
   virtual bool draws_own_surface() const { return false; }
-  /// Makes the servo's half. `settings` must outlive the model and be complete (frame included).
+  /// Makes the part that runs on the servo thread. `settings` must outlive the model and be complete (frame included).
   virtual std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const = 0;
-  /// Makes the carver's half. Cut::tool is an index into `tools`.
+  /// Makes the part that runs on the carver thread. Cut::tool is an index into `tools`.
   virtual std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const = 0;
 };
 using SharedContactMethod = std::shared_ptr<const ContactMethod>;

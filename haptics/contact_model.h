@@ -1,7 +1,7 @@
-// The servo's half of a contact method: the poses that the tool may have, the tissue that it touches, the tissue that a
-// cut removes.
+// The part of a contact method that runs on the servo thread. It computes the poses that the tool may have, the tissue
+// that the tool touches, and the tissue that a cut removes.
 //
-// A method consists of two halves that share no data: a ContactModel on the servo thread and a TissueBody
+// A method consists of two parts that share no data: a ContactModel on the servo thread and a TissueBody
 // (tissue_body.h) on the carver thread. Cuts go from the model to the body, snapshots from the body to the model. A
 // ContactMethod (contact_method.h) makes both. CONTRIBUTING.md shows how to add one.
 #pragma once

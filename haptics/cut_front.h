@@ -1,7 +1,7 @@
 // Finds which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in
 // the head cannot change before the head has moved that far. So each block of voxels stores the path length at which
 // the block must be examined again. Most cuts examine only the samples just ahead of the head: lists contain these
-// samples for the next voxel of path. The lists are divided into parts, and the parts are renewed in turn.
+// samples for the next voxel of path. The lists are divided into parts, and the parts are computed anew in turn.
 #pragma once
 
 #include <array>
@@ -67,7 +67,7 @@ class CutFront {
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// Call this when only labels changed: the lists are renewed.
+  /// Call this when only labels changed. The lists are then computed anew.
   void renew_lists() noexcept { drop_listed(); }
 
  private:

@@ -18,7 +18,8 @@ constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels, limit of the motion across its axis of a drill that moves along its axis. The drift of a whole bed is then
 // far below kTop.
 constexpr double kAlongAxis = 1e-9;
-constexpr std::uint32_t kLawsOfAxis = 7;  // the first version of the servo's laws in which such a drill cuts at its end
+// the first version of the force laws in which a drill that moves along its axis cuts only at its end
+constexpr std::uint32_t kLawsOfAxis = 7;
 
 /// True if the head is a cylinder with a flat end, so that the kernels for the rim of the end are exact.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {

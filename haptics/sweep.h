@@ -94,9 +94,9 @@ class Sweep {
   bool sphere_, continues_;
   // A drill that continues along its axis cuts only at its end; samples beside its flank do not change
   bool along_axis_ = false;
-  std::uint32_t laws_;                           // version of the servo's laws
+  std::uint32_t laws_;                           // version of the servo's force laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, in voxels
-  Straight back_;                                // path from B back to A; its pointer to the pieces is not set
+  Straight back_;                                // path from pose B back to pose A; way_back() sets `pieces`
   glm::ivec3 base_;        // origin of the coordinates of A and B, so that floats keep their precision
   glm::vec3 a_, ab_;       // capsule: A and the vector from A to B, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point

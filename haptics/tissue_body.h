@@ -1,4 +1,4 @@
-// The carver's half of a contact method: the tissue in the form that the method needs.
+// The part of a contact method that runs on the carver thread: the tissue in the form that the method needs.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class TissueBody {
  public:
   virtual ~TissueBody() = default;
 
-  /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
+  /// `laws`: version of the force laws of the servo whose cuts this body repeats. Called before the first cut.
   virtual void set_laws(std::uint32_t /*laws*/) {}
 
   // Functions for strokes.

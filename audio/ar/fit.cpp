@@ -33,7 +33,8 @@ constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-// least range of the speed, as a ratio to its mean, that is removed; smaller changes stay in the sound
+// Threshold: range of the spindle's speed divided by its mean. Above this threshold, the changes of the speed are
+// removed from the sound before the fit; below it, they stay in the sound.
 constexpr double kConstantSpeed = 0.002;
 constexpr double kMostHeldOut = 0.9;  // limit of the held-out fraction of the part
 // s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz

@@ -20,7 +20,7 @@ struct SpherePacking {
 
   std::uint64_t seed = 0;         // seed of the packer
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the packed tissue
-  double max_radius = 0;          // m, the packer's limit
+  double max_radius = 0;          // m, largest radius that the packer was allowed to use
   double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
   PerTissue solid_volume{};       // m³, volume of the tissue; the spheres fill only a fraction of it
 

@@ -413,7 +413,7 @@ struct Renderer::Impl {
     stats.mirror_triangles = seen.triangles;
   }
 
-  /// The lowest level has neither shadow map nor handpiece.
+  /// Makes the handpiece's mesh. At the lowest quality level, neither the shadow map nor the handpiece is drawn.
   void make_handpiece() {
     const bool shown = context.quality.shadow_map > 0;
     handpiece_body.set(device, make_handpiece_mesh(shown ? handpiece : Handpiece{}, context.quality.handpiece_side));

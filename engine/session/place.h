@@ -24,7 +24,7 @@ std::optional<ToothSides> tooth_sides(const Json& scene);
 /// A name as keys of the text catalogue (after the prefix "place."); the keys are the same in every language.
 struct PlaceName {
   std::string_view part;  // floor, wall (of a cavity), occlusal, axial, shoulder (of a crown or filling)
-  std::string_view side;  // mesial, mesiobuccal, … as seen from the middle of the work; central near the middle
+  std::string_view side;  // mesial, mesiobuccal, …: direction from the work's centre; central: near it
   // third of the work's height along the axis: occlusal, middle or cervical; empty on a floor, a shoulder or the
   // occlusal surface
   std::string_view third;

@@ -37,7 +37,8 @@ struct PassivityLaw {
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion for which greatest speed and greatest change do not decay; time at rest does not count
   double hold = 1;
-  // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
+  // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
+  // hand may approach fast and then land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the hold time
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock

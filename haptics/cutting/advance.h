@@ -9,8 +9,9 @@
 
 namespace typodont::haptics {
 
-/// Smallest and largest speed at which the head approaches the samples within `reach` of a point of its half plane:
-/// extreme values of n·w over the normals n of some neighbouring pieces. `w`: motion, in T.
+/// Lower and upper bound of the speed at which the head approaches the samples within the distance `reach` of the point
+/// `center`. The bounds are the smallest and the largest n·w, where w is the motion in the head's frame T, and n are
+/// the normals of the meridian's neighbouring pieces from `first` to `last`. `rho`: distance of `center` from the axis.
 struct Advance {
   float slowest, fastest;
 };
@@ -25,8 +26,9 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // The normals rotate from the normal of the first piece to that of the last piece; at a tip they begin at the
-  // downward direction. If w lies between them, the maximum is at w itself.
+  // n·w is maximized over the normals n of these pieces. The normals rotate from the first piece's normal to the last
+  // piece's normal. At a tip, they rotate from the downward direction to the last piece's normal. If the direction of w
+  // lies in this range, it is the normal with the maximum, and the maximum is |w|.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -20,7 +20,7 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Data that all samples of a group have in common, for some groups.
+/// Values that all samples of a group have in common, for each of kChunk groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
@@ -188,19 +188,20 @@ struct BelowAny {
   }
 };
 
-/// Data shared by the samples of some groups: the positions in the head without the part that depends on the height,
-/// and the motion of the first sample as the head moves back to its previous pose.
+/// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: position of the group's samples in
+/// the head's frame, without the term that depends on the sample's z coordinate in the volume. way_x, way_y, way_z:
+/// path of the group's first sample relative to the head, while the head moves back to its previous pose. Voxels.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// Motion of the head relative to groups, evaluated at their middles.
+/// Motion of the head relative to the groups, evaluated at the middle of each group.
 struct HeadSides {
   float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis
-  // voxels; `bend`: difference of the motion between adjacent samples of a group; `turned`: upper bound of this
-  // difference
+  // Voxels. bend: difference of the motion between adjacent samples of a group, as a vector. turned: upper bound of the
+  // difference between the motion of a group's middle and that of its samples.
   float bend[3], turned;
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -335,7 +336,7 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The end is the first piece; samples that are nearest to others stay still.
+    // The first piece is the head's end. Samples that are nearest to other pieces do not change.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

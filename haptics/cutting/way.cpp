@@ -102,7 +102,8 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins the search at the fraction `share` of the path. Positions are relative to the base of the first pose.
+  /// Begins the search at the fraction `share` of the path. Positions are in voxels relative to HeadPose::base of the
+  /// path's first pose.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
     const float* const T = head.turn;

@@ -263,7 +263,8 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Fraction of the voxel on the inner side of a plane at the distance of its centre
+    // Fraction of the voxel inside the surface. In the voxel, the surface is taken as a plane at the signed distance of
+    // the voxel's centre.
     const double share = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += share * voxel * voxel * voxel;
   }

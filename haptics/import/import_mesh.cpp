@@ -404,8 +404,10 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Tissues of a tooth by depth: enamel of thickness `shell` on the crown, which becomes thinner over the lowest 2.5
-  // mm; pulp where the surface is more than 3 mm away, or in the mesh's hollows. Bone: a cortical shell.
+  // Tissues of a tooth: enamel of thickness `shell` covers the crown; over the lowest kTaper of the crown, its
+  // thickness falls to zero. The pulp fills the closed hollows inside the mesh. In a mesh without hollows, the pulp is
+  // the tissue deeper than kPulpDepth. The rest is dentin. kCrownShare: fraction of the tooth's length that is crown. A
+  // bone has a cortical shell of thickness `shell`; the rest is cancellous bone. Lengths in m.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {

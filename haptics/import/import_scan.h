@@ -36,7 +36,8 @@ void check_result_size(const dvec3& extent, double voxel);
 
 /// Bytes that this process can still allocate: the free memory of the machine, or less if the process is limited.
 double free_memory();
-/// Throws Error if `bytes` exceed options.memory or the free memory. Stores the largest value in the report.
+/// Throws Error if `bytes` exceed options.memory or, without this option, the free memory. Stores the largest `bytes`
+/// of all calls in report.memory.
 void require_memory(double bytes, const ImportOptions& options, ImportReport& report);
 
 /// Computes volumes, height and the fraction of false dentin from `imported.tissue`.

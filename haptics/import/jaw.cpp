@@ -462,8 +462,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
   });
 
-  // Uncertainty: displacement of a border by noise and by the uncertainty of the grey values, times its area. For teeth
-  // and bone also the uncertainty of the random walker.
+  // Uncertainty of a tissue's volume: the area of the tissue's border times the displacement of the border, which noise
+  // and the uncertainty of the grey values cause. For teeth and bone, the volume that the random walker may have
+  // labelled wrongly is added.
   constexpr double kBorder = 0.1;  // voxels, displacement of a border, measured without noise
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));

@@ -64,8 +64,9 @@ class Skin {
     // Selects a point of the triangle away from its centre, because the centres of opposite faces can coincide on a
     // diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // First tests nearby samples, whose values exist already. Then tests rays from points just beside the triangle.
-    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels, distances from the triangle
+    // The first test reads the two samples at the distance kAround from the triangle, whose values exist already. The
+    // second test computes the winding number at the two points at the distance kBeside.
+    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
       return part_.holds(i) ? part_[i] : std::uint8_t{0};

@@ -135,9 +135,10 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // After the contact, the ledger's debt is cancelled up to the energy that was allowed, because a ledger in debt would
-  // allow no force. A debt above most_debt() is cancelled completely. It has other causes, for example late ticks,
-  // which hold a force for longer than expected.
+  // After the contact, the ledger may be in debt (negative sums.energy), and a ledger in debt would allow no force at
+  // the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed above. A
+  // debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which hold a
+  // force for longer than expected.
   const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;

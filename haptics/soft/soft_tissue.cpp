@@ -21,15 +21,17 @@ struct SoftParameters {
   // m/s, limit of the hand's speed; a new overlap that is deeper than this speed allows was not caused by the hand's
   // motion
   static constexpr double hand_speed = 0.6;
-  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap is taken into account
+  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap begins to press
   static constexpr double full_weight = 0.5;   // cosine above which a part of the head presses with full weight
   static constexpr double least_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point makes its neighbours active
   static constexpr double sleeps = 2e-6;  // m, displacement below which a point comes to rest
-  // m, height above a tip's end at which the tip must be as wide as the distance between two points
+  // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
+  // points; a thinner head is thickened, because it would pass between the points
   static constexpr double tip = 0.15e-3;
-  static constexpr double shank = 10e-3;        // m, length of the shank that has contact
-  static constexpr double largest_ball = 1e-3;  // m, half the distance of the balls along the axis
+  static constexpr double shank = 10e-3;  // m, length of the shank that has contact
+  // m, upper limit of half the distance between two bounding balls on the axis
+  static constexpr double largest_ball = 1e-3;
   // limit of the fraction of a point's displacement that is cut in a tick
   static constexpr double most_per_tick = 0.3;
   static constexpr double wound_distance = 1.2e-3;  // m, least distance between two wounds

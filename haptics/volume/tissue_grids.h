@@ -51,8 +51,8 @@ BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
 // A value of the label grid contains the label (label.h) in its lowest byte and 255 − hardness (hardness.h) in the next
-// byte. So a tissue with its own hardness has the value of its label alone, and undo, tiles and hashes include the
-// hardness.
+// byte. So in a tissue with the default hardness kOwnHardness (255), the upper byte is 0 and the value equals the
+// label. Undo, tiles and hashes use these values, so they include the hardness without additional code.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;
 

@@ -1,6 +1,7 @@
-// The slide of `typodont bench models` through CHAI3D's finger proxy (cAlgorithmFingerProxy, 3.3.0), and through our
-// default model beside it: the same course, the same ball of 1.2 mm, the same clock. CHAI3D gets the triangles of our
-// fields, its proxy's radius is the ball's. Prints rows as `typodont bench --out` writes them.
+// The sliding test of `typodont bench models`, computed with CHAI3D's finger proxy (cAlgorithmFingerProxy, 3.3.0) and
+// with our default model. Both use the same path, the same ball of 1.2 mm and the same clock. CHAI3D gets the triangles
+// of our fields; the radius of its proxy is the radius of the ball. Prints rows in the format of `typodont bench
+// --out`.
 #include <chai3d.h>
 #include <fmt/format.h>
 

@@ -26,7 +26,7 @@ constexpr double kFade = 0.1;       // s, time constant of the fade in the law k
 constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in the law kFadeOnStale
 constexpr double kRow = 5e-3;       // s, time between two rows of a path
 
-/// Motion of the hand, in s and m relative to its landing point, and the model of the hand.
+/// The planned motion of the hand, and the model of the hand. Times are in s from the start of the run.
 struct Course {
   haptics::HandModel model;
   haptics::HandPath path;

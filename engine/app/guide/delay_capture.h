@@ -1,5 +1,5 @@
-// Records one motion live from two sources: the bench's hand, and another sensor that follows it. Each sample gets the
-// time of its arrival on this computer's clock, as in a session.
+// Records one motion live with two devices: the haptic device of the bench, and another sensor that moves with it. Each
+// sample gets the time of its arrival on this computer's clock, like the samples of a session.
 #pragma once
 
 #include <string>

@@ -19,21 +19,21 @@ namespace typodont {
 
 namespace {
 
-/// Motion of the hand along a leg. Tolerances, leads and forces are those for work on a tooth; ExpertGrip scales them
-/// for other sizes.
+/// Motion of the hand along one step of its plan (ExpertLeg). Tolerances, leads and forces are those for work on a
+/// tooth; ExpertGrip scales them for other sizes.
 struct Lead {
   // m/s, pace through the air with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
-  static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
+  static constexpr double scrape_pace = 27e-3;  // m/s, pace of a hand instrument's edge
   // An edge slows down where it changes direction: m/s, its pace there, and s, duration of the slowdown.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
   // Tolerances between the tool and the wanted position.
-  static constexpr double ahead = 0.06e-3;  // m, limit of the distance at which the wanted position of a cut advances
-  // m, limit of the distance from the line at which the wanted position advances
+  static constexpr double ahead = 0.06e-3;  // m; a cut's wanted position advances only if the tool is nearer
+  // m; the wanted position advances only if the tool's distance from the line is smaller than this
   static constexpr double beside = 0.022e-3;
   static constexpr double there = 0.01e-3;  // m, distance to the stroke's end at which a cut is finished
   // m, approach of the tool to the wanted position that counts as progress
@@ -44,28 +44,29 @@ struct Lead {
   static constexpr double patience = 3;  // s, time without progress after which the hand leaves a stroke
   // The hand leads the wanted position by a gain times the tool's error; the coupling turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, lag of the hand
-  static constexpr double gain = 50;             // gain of a cut
+  static constexpr double gain = 50;             // gain of the lead in a cut
   // limit of the gain, in reaction times per tick; a higher gain oscillates
   static constexpr double steady_gain = 1.5;
-  static constexpr double scrape_gain = 30;           // gain of an edge in soft filling
+  static constexpr double scrape_gain = 30;           // gain of the lead of an edge in soft filling
   static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
   // The lead of a cut, which is the distance of the hand ahead of its tool, is limited. The limit is adjusted until the
   // push equals the wanted force, because the lead for a force depends on the tissue. Forces are fractions of the
   // task's mean force. Lengths are fractions of the lead for the mean force. `rough_force` is used for the bulk of the
   // tissue if another tool makes the finish.
   static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
-  static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
-  static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the limit
-  // m, a bound of the limit below which the hand may always lead; soft bone needs a longer lead than a tooth
+  static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the lead's limit
+  static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the lead's limit
+  // m; the upper bound of the limit is never smaller than this, because soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // limit of a cut's force, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // If something holds the tool back, the hand waits for it in the air, too: m, distance from tool to hand above which
-  // the hand slows down, distance over which its pace falls, and lower bound of the pace as a fraction.
+  // If something holds the tool back, the hand slows down until the tool follows; it also does so without contact.
+  // waits_from: m, distance from tool to hand above which the hand slows down. waits_over: m, further distance over
+  // which its pace falls to the lower bound. least_pace: this bound, as a fraction of the full pace.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
-/// Parameters for joining strokes to legs.
+/// Parameters for joining the planned strokes to a sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
                           turn = 0.3;  // cosines of the angle between two strokes; above straight_on: full pace

@@ -32,8 +32,8 @@ struct ExpertLeg {
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;    // m³, volume of filling, for kWait
-  double end_pace = 0;  // m/s, pace at the end of a stroke that continues in the next leg; 0: the stroke stops there
+  double volume = 0;    // m³, for kWait: the step ends when this volume has been filled
+  double end_pace = 0;  // m/s, pace at the end of a stroke that continues in the next step; 0: the stroke stops there
   double force = 0;     // N, push of a cut
 };
 

@@ -37,7 +37,7 @@ constexpr double kRamp = 0.8e-3;         // m, lower limit of the length of a ro
 constexpr double kSteep = 2;             // threshold of the slope at which a floor is split into pieces
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, from the head, that is checked for contact
 constexpr double kDown = 0.1e-3;         // m, step of the search down a column
-constexpr double kFloorOfColumn = 1e-6;  // m, resolution of a column's lowest position
+constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest position in a column
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, limit of the distance field's error far from the surface
 // limit of the size of a group of points that are tested one by one near the ideal

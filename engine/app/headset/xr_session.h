@@ -35,7 +35,7 @@ class XrSession {
   XrSession& operator=(const XrSession&) = delete;
 
   // Functions for the session's own thread.
-  /// Starts the recorded times at `began`.
+  /// Starts to record the frames' times, if this is enabled in the options. `began`: time of the session's start.
   void start(Nanos began);
   /// Supervises the headset. Returns false if the user ended the session. Throws RunFailure if the runtime was lost
   /// or has not answered for the rig's stall_s.
@@ -50,8 +50,8 @@ class XrSession {
   /// Adds the work of the headset's thread to `work`. Call this function after stop(). Does nothing if the thread
   /// hangs.
   void add_work(WorkCounts& work) const;
-  /// A point in two frames: the head of the tool, which an arm holds, in the arm's base H; and the controller's tip
-  /// in the headset's space D.
+  /// One physical point, measured in two frames: as the head of the tool that an arm holds (p_H, in the frame H of the
+  /// arm's base) and as the tip of the controller (p_D, in the headset's space D).
   struct Touch {
     dvec3 p_H, p_D;  // m
   };

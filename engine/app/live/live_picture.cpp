@@ -135,7 +135,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction nozzle beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  constexpr double kBeside = 9e-3;  // m, distance behind the tooth as seen by the trainee
+  constexpr double kBeside = 9e-3;  // m, distance of the nozzle behind the tooth, as seen by the trainee
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)
     nozzle.p_W = session_.wiring.suction_tip.front().X_WS.p;

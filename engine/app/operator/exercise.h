@@ -43,7 +43,8 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the rule; see session::known_score_names()
-  // true: the rule has no target, and the ideal does not provide a target; false: a number is out of range
+  // Reason of the refusal. true: neither the rule nor the ideal preparation gives a target value; false: a number of
+  // the rule is out of range.
   bool no_target;
 };
 

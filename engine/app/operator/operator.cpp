@@ -42,7 +42,7 @@ using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s, time between frames while nothing happens
 constexpr Nanos kIdleWait = 25'000'000;  // ns, time between checks for changes that cause no desktop event
-constexpr Nanos kBriefWait = 4'000'000;  // ns, lower limit of the duration of an idle turn
+constexpr Nanos kBriefWait = 4'000'000;  // ns; after a shorter wait for events, the loop pauses
 constexpr double kSessionFrame = 0.05;   // s, time between frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 

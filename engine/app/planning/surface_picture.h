@@ -22,7 +22,8 @@ class SurfacePicture {
   /// `colors`: sRGB 0..255, one per triangle.
   SurfacePicture(haptics::TissueMesh mesh, std::vector<glm::vec3> colors);
 
-  /// Shows the surface against `look` (unit), with `up` pointing up in the picture.
+  /// Shows the surface as seen by a viewer who looks in the direction `look` (unit). `up`: direction that points up in
+  /// the picture.
   void look_along(const dvec3& look, const dvec3& up);
   /// Takes over the other picture's view.
   void look_like(const SurfacePicture& other);

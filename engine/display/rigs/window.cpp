@@ -245,7 +245,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Limits the frame rate, because presenting does not wait for the screen on every desktop (Xvfb).
+  /// Limits the frame rate. On some desktops (for example Xvfb), presenting a frame does not wait for the screen.
   void limit_frame_rate() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();

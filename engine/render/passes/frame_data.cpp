@@ -68,7 +68,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   // the whole scene.
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
-    // The bounds are rounded to steps, so that the map does not move while a tooth is cut.
+    // The bounds are rounded outward to multiples of kStep, so that the shadow map does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);

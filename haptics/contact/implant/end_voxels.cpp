@@ -30,9 +30,9 @@ constexpr double kAhead = 1.5;
 constexpr double kFalls = 0.5;     // voxels, least decrease of the field over kAhead voxels that indicates an obstacle
 constexpr double kTouches = 0.25;  // voxels, distance from bone up to which an obstacle blocks the advance
 constexpr std::size_t kBlock = EndVoxels::kBlock;
-constexpr std::uint32_t kLawsOfFloats = 6;  // the first version of the servo's laws that evaluates in floats
+constexpr std::uint32_t kLawsOfFloats = 6;  // the first version of the force laws that is evaluated in floats
 
-/// Reads the samples at kBlock indices.
+/// Functions that read the samples at kBlock indices in one call.
 struct Reader {
   /// Two neighbouring samples at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);

@@ -36,7 +36,7 @@ struct EndVoxels {
 
 /// Properties of tissues and tool for look_at_end(). SI.
 struct EndLaw {
-  std::uint32_t laws = kServoLaws;  // version of the servo's laws (contract/contact.h); before 6 with other rounding
+  std::uint32_t laws = kServoLaws;  // version of the force laws (contract/contact.h); before 6 with other rounding
   double voxel = 0;                 // m, voxel of the patch
   double width = 0;                 // m, a voxel that cannot cut stops the tool only within this distance from the axis
   bool cuts = false;                // false: no voxel cuts

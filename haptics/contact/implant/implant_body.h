@@ -1,4 +1,5 @@
-// The carver's half of "implant": the field of the offset model, in which placed implants remain.
+// The part of the contact model "implant" that runs on the carver thread: the field of the offset model, in which
+// placed implants remain.
 #pragma once
 
 #include <span>
@@ -9,7 +10,7 @@
 
 namespace typodont::haptics::implant {
 
-/// The carver's half of the contact model. Carver thread.
+/// The part of the contact model "implant" that runs on the carver thread.
 class ImplantBody final : public offset::FieldBody {
  public:
   /// Throws Error if a bed does not lie in bone.

@@ -48,7 +48,9 @@ struct Parameters {
   double turn_slew = 0.5;       // rad/s, limit of the change of orientation after the tool entered or left a bed
   double sliding_drag = 2;      // N·s/m, friction of sliding in the bed
   double steps = 1;             // voxels of bone, largest advance in a tick, eq. (9)
-  bool as_printed = false;      // use eq. (7) in its printed form: no advance without an obstacle
+  // true: eq. (7) of Zhao 2020 as printed, with which a tool does not advance unless an obstacle lies ahead; false: the
+  // corrected equation (README.md)
+  bool as_printed = false;
   // Grey values in Hounsfield units of tissues at hardness 1.
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // grey value of nerve and gum

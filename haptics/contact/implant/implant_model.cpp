@@ -11,7 +11,7 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as stopped
-constexpr double kAtPlace = 2e-6;            // m, largest distance from the bed's axis at which a tool cuts
+constexpr double kAtPlace = 2e-6;            // m; a tool farther than this from the bed's axis does not cut
 constexpr double kTipContactCosine = 0.5;    // cosine between force and axis above which the contact is at the tip
 constexpr double kThreadGrips = 0.2e-3;      // m, depth in the bed from which a thread engages
 // m, tolerance of a seated implant's depth, and of its distance from the bed's bottom
@@ -21,7 +21,7 @@ constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the torque about the axis
 constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
 
-// the first version of the servo's laws that merges voxels of an end
+// the first version of the force laws in which voxels of a tool's end are merged into larger ones
 constexpr std::uint32_t kLawsOfCoarseEnd = 7;
 
 dvec3 axis_of(const dquat& R_WT) {

@@ -1,4 +1,4 @@
-// The servo's half of the contact model "implant" (README.md).
+// The part of the contact model "implant" (README.md) that runs on the servo thread.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 
 namespace typodont::haptics::implant {
 
-/// State of the tool; ServoTick::level for this method. `kFree`: the state with all degrees of freedom. 1 to 4:
-/// variants of the state in a bed, with few degrees of freedom. `kPlaced`: the implant or screw stays in the bone, and
-/// the hand holds nothing.
+/// State of the tool. This method records it in ServoTick::level. `kFree`: outside a bed, with all degrees of freedom.
+/// The states 1 to 4 are those of a tool in a bed, with few degrees of freedom. `kPlaced`: the implant or screw stays
+/// in the bone, and the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -59,11 +59,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // Functions for the free state.
+  // Functions for the state kFree.
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // Functions for the state in a bed.
+  // Functions for the states in a bed.
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -78,7 +78,7 @@ class ImplantModel final : public offset::OffsetModel {
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // one for each tool
   std::vector<EndVoxels> ends_;     // the voxels in front of each tool's end
-  EndLaw law_;  // properties of the tissues; look_ahead() adds the properties of the tool and of the tick
+  EndLaw law_;  // values that depend on the tissues; look_ahead() adds those of the tool and of the present tick
   // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the axis and evenly spaced around it
@@ -98,7 +98,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
   bool placed_ = false;  // true if the tool was placed in the bone; the hand then holds no tool
 
-  // Difference of pose that remains from the last change of state and fades.
+  // Jump of the tool's pose at the last change of state. It is added to the pose and decays to zero.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // the tool's pose in the last tick

@@ -1,4 +1,5 @@
-// The carver's half of "mesh_lod": the levels of the tissue's mesh, and the mesh that cuts change.
+// The part of the contact model "mesh_lod" that runs on the carver thread: the levels of the tissue's mesh, and the
+// mesh that cuts change.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
-// The servo's half of "mesh_lod": surface contact point, level of detail by speed, walls between tissues.
+// The part of the contact model "mesh_lod" that runs on the servo thread: surface contact point, level of detail by
+// speed, walls between tissues.
 #pragma once
 
 #include <memory>
@@ -29,7 +30,7 @@ class LevelBySpeed {
   std::size_t level_ = 0;
 };
 
-/// The servo's half of the contact model "mesh_lod". Servo thread.
+/// The part of the contact model "mesh_lod" that runs on the servo thread.
 class MeshLodModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument.

@@ -1,4 +1,5 @@
-// Data that both halves of "mesh_lod" use: the scene's parameters and the snapshot.
+// Data types that both parts of the contact model "mesh_lod" use (servo thread and carver thread): the scene's
+// parameters and the snapshot.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
-// The servo's half of the offset method: planes from a distance field keep a god-object outside the tissue (README.md).
+// The part of the contact model "offset" (README.md) that runs on the servo thread: planes from a distance field keep a
+// god-object outside the tissue.
 #pragma once
 
 #include <array>

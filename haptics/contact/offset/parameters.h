@@ -9,17 +9,19 @@ namespace typodont::haptics::offset {
 /// Search for the proxy's position: iterations of "find contacts, project, move" (proxy.cpp).
 struct SearchParameters {
   static constexpr double contact_range = 0.8;  // voxels, largest gap of a contact that the search considers
-  // Voxels, longest step among several contacts; less than contact_range, so that no contact is missed.
+  // Voxels, longest step of the proxy in one iteration while it has several contacts; less than contact_range, so that
+  // no contact is missed.
   static constexpr double contact_step = 0.6;
-  // Voxels, longest step with one contact; a step passes through no tissue that is thicker than this.
+  // Voxels, longest step of the proxy in one iteration while it has at most one contact; a step passes through no
+  // tissue that is thicker than this.
   static constexpr double free_step = 1.5;
   static constexpr double reuse_distance = 0.3;  // voxels, path length after which contacts are searched again
   static constexpr double converged = 1e-6;      // voxels, threshold: a shorter step ends the search on one smooth wall
   // Voxels; the search ends when the remaining path, extrapolated as a geometric series, is shorter than this.
   static constexpr double foreseen = 1e-7;
-  static constexpr double settled = 2e-5;  // voxels, threshold: a shorter step among several contacts ends the search
-  // Voxels; a shorter step among several contacts ends the search of a cutting tool. The error is about the step's
-  // square.
+  static constexpr double settled = 2e-5;  // voxels, threshold: with several contacts, a shorter step ends the search
+  // Voxels, threshold: with several contacts, a shorter step ends the search of a cutting tool. The error of the
+  // position is then about the square of this step.
   static constexpr double settled_cutting = 0.03;
   static constexpr int iterations = 48;  // limit of iterations per tick, free motion included
   // Upper limits of the iterations in contact per tick.
@@ -42,10 +44,12 @@ struct SearchParameters {
 /// Limits for a ball that slides along one smooth wall. Its position follows from the wall alone (ContactFinder::seat),
 /// and the search is skipped.
 struct WallPlacementParameters {
-  static constexpr double overlap = 0.1;  // voxels, overlap of the rough planes above which the search is used instead
-  static constexpr double other_wall = 4e-3;  // voxels, overlap with another wall above which the search is used
-  static constexpr double same_wall = 0.9;    // cosine between normals above which two planes count as one wall
-  // voxels, overlap with the same wall, beside the contact point, above which the search is used
+  // voxels, overlap of the placed ball with an approximate contact plane above which the search is used instead
+  static constexpr double overlap = 0.1;
+  // voxels, overlap of the placed ball with the exact plane of another wall above which the search is used instead
+  static constexpr double other_wall = 4e-3;
+  static constexpr double same_wall = 0.9;  // cosine between normals above which two planes count as one wall
+  // voxels, overlap with the same wall, beside the contact point, above which the search is used instead
   static constexpr double same_wall_overlap = 0.02;
   static constexpr double alone = 2e-4;  // voxels, step below which the ball with one exact contact has converged
 };
@@ -60,23 +64,25 @@ struct PaceParameters {
   static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: lateral force divided by push
   static constexpr double tolerance = 1.02;   // ratio of speed to speed limit up to which the limit counts as observed
   static constexpr int rounds = 4;            // limit of iterations toward the speed limit
-  // s, debt as a time of the motor's work: a bur with a larger debt is slowed down
+  // A bur is in debt if it has removed tissue before the motor's work has paid for it. The debt is given in s, the time
+  // in which the motor does this work. A bur with a larger debt than this is slowed down.
   static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s, debt as a time of the motor's work: a bur with this debt stops
+  static constexpr double standing_debt = 12e-3;  // s, debt at which a bur stops
 };
 
-/// Limits for a hand that falls because the tissue under the bur was removed: they limit the speed at which the bur
-/// lands (follow_fall).
+/// Parameters for a hand that falls because the tissue under the bur was removed. They limit the landing speed, which
+/// is the speed at which the bur then meets the tissue (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the hand's short-term mean velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
   static constexpr double push_time = 0.05;   // s, time constant of the mean push that held the hand up
-  static constexpr double gain = 5;           // N/s, gained speed × stiffness above which a motion is a fall
-  static constexpr double along = 0.3;        // least cosine between the mean push and the direction against the fall
+  static constexpr double gain = 5;     // N/s, increase of the hand's speed × stiffness above which a motion is a fall
+  static constexpr double along = 0.3;  // least cosine between the mean push and the direction against the fall
   static constexpr double landing_slew = 12;  // N/s, landing speed × stiffness that is always allowed
-  // ratio of landing speed to the hand's long-term mean speed that is always allowed
+  // A landing speed of up to this factor times the hand's long-term mean speed is always allowed.
   static constexpr double growth = 1.2;
-  static constexpr double brake = 12;  // N/s, largest required reduction of fall speed × stiffness
+  // N/s, limit of the required braking: the difference between the hand's speed and the landing speed, × stiffness
+  static constexpr double brake = 12;
 };
 
 /// One-sided walls from soft to hard tissue (Wang 2009, "boundary walls").
@@ -128,27 +134,29 @@ struct CoarseParameters {
 
 /// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s, filling time: the volume of this time may wait until it can be placed; a larger volume is lost
+  // s; filling that cannot be placed yet waits. At most the volume that the instrument gives in this time can wait; the
+  // rest is lost.
   static constexpr double waits = 0.05;
   static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
   // voxels, distance between two samples in the search for tissue to fill on
   static constexpr double look_step = 0.25;
   static constexpr double step = 0.25;    // voxels, growth of a dome per tick that is always allowed
   static constexpr double most_step = 1;  // voxels, upper limit of a small dome's growth per tick
-  static constexpr double ahead = 0.01;   // s, filling time: a dome may grow in one tick by the volume of this time
+  static constexpr double ahead = 0.01;   // s; a dome may grow in one tick by the volume given in this time
   static constexpr double least_step = 1e-3;
   static constexpr double buried = 0.01;  // fraction of the dome's surface that must be free for it to grow on
-  // Voxels, least distance to tissue, head and limit at a place that counts as open.
+  // Voxels; a position is free for filling if tissue, head and the limit of the search are at least this far away.
   static constexpr double open = 0.5;
   static constexpr double flows_on = 3;     // ratio of the search distance through filling to the instrument's reach
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // limit of consecutive samples inside tissue on a ray, because the voxels at a filled wall contain both tissue and
   // filling
   static constexpr int thin = 3;
-  static constexpr int search_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
+  // Limit per tick of the cost of the search for a free position, in units of about 1 ns.
+  static constexpr int search_cost = 60000;
   // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether filling fits at a sample.
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
-  static constexpr std::size_t directions = 2048;  // number of rays along which filling searches for an open place
+  static constexpr std::size_t directions = 2048;  // number of rays along which a free position for filling is searched
 };
 
 }  // namespace typodont::haptics::offset

@@ -20,7 +20,7 @@ constexpr double kNoteEvery = 0.03;  // voxels, motion of the tool's ball betwee
 constexpr double kAround = 1.8;  // voxels, width of the region around a sphere and its gaps that interpolation reads
 // extent of the gaps beside a sphere, as a multiple of the radius of the largest hole
 constexpr double kGapsAround = 2;
-// the first version of the servo's laws by which these gaps are reduced with a cut sphere
+// the first version of the force laws in which the gaps beside a sphere shrink when the sphere is cut
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // limit of the number of waiting notes; with more notes, the field is updated without a request
 constexpr std::size_t kMost = 50000;

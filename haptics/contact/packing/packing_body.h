@@ -1,4 +1,5 @@
-// The carver's half of "packing": the spheres, their strokes, and the field computed from them.
+// The part of the contact model "packing" that runs on the carver thread: the spheres, their strokes, and the field
+// computed from them.
 #pragma once
 
 #include <span>
@@ -77,7 +78,7 @@ class PackingBody final : public TissueBody {
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
-  std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
+  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts this body repeats
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state

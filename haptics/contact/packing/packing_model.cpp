@@ -14,8 +14,8 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;     // m, limit of the distance in which a clearance is searched
-constexpr double kJustFree = 1e-6;  // m, distance beyond a sphere's surface up to which its room is searched
-constexpr double kNearby = 0.2e-3;  // m, distance within which a point gets the tissue of the nearest sphere
+constexpr double kJustFree = 1e-6;  // m, gap up to which a tissue sphere near a tool sphere is found
+constexpr double kNearby = 0.2e-3;  // m, a point gets the tissue of the nearest sphere within this distance
 constexpr int kTrials = 8;          // number of cost evaluations that determine the length of one step
 // lower limit of the used fraction of the budget; a step that uses at least this much is accepted
 constexpr double kWellSpent = 0.85;
@@ -23,11 +23,12 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the too
 constexpr int kPositionsCompared = 16;  // number of tool positions at which GPU and CPU are compared
 // rad, limit of the rotation in one cut: the chord then deviates from the arc by 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a scene up to which the offset model's limit holds for the change of a retreating tool's force; in
-// scenes with larger forces this limit grows with the force limit
+// N, force limit of a scene. Up to this force limit, a retreating tool has the offset model's limit of the force
+// change. In scenes with a larger force limit, the limit of the force change grows in proportion.
 constexpr double kDentalForces = 20;
-constexpr std::uint32_t kLawsOfLargeForces = 7;  // the first version of the servo's laws that does so
-// the first version of the servo's laws whose projection onto the contacts begins with the last tick's pushes
+// the first version of the force laws in which this limit grows
+constexpr std::uint32_t kLawsOfLargeForces = 7;
+// the first version of the force laws whose projection onto the contacts begins with the last tick's pushes
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
 
 /// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's

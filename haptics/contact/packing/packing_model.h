@@ -1,4 +1,5 @@
-// The servo's half of "packing": the three passes of paper S2 in each tick.
+// The part of the contact model "packing" that runs on the servo thread. In each tick it computes the three passes of
+// paper S2 (docs/papers.md): first contact, material there, removal along the motion.
 #pragma once
 
 #include <array>

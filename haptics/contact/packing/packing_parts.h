@@ -1,4 +1,5 @@
-// Data that both halves of the packing model use: parameters, the snapshot, the cut.
+// Data types that both parts of the contact model "packing" use (servo thread and carver thread): parameters, the
+// snapshot, the cut.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +42,8 @@ struct Parameters {
   }
 };
 
-/// The first version of the servo's laws with heads as rings of spheres, whose overlaps a cut pays only once.
+/// The first version of the force laws in which heads are rings of spheres. Where these spheres overlap, the energy for
+/// a cut is spent only once.
 inline constexpr std::uint32_t kLawsOfRings = 7;
 
 /// A tool of the set as spheres.

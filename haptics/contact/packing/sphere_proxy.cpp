@@ -18,9 +18,9 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;  // m, remaining displacement below which the proxy has reached its goal
 // rad, limit of the rotation in one step: the chord then deviates from the arc by 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, mean margin of the near lists
-constexpr double kLargestMargin = 300e-6;  // m, margin of the lists of a fast tool
-constexpr double kAhead = 3;               // margin of a fast tool as a multiple of its motion
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of near spheres
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin, for a fast tool
+constexpr double kAhead = 3;               // mean margin of a fast tool as a multiple of its motion
 constexpr double kLook = 2e-3;             // m, search distance if no sphere lies within the margin
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
 // m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
@@ -103,8 +103,8 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // The margins differ between lists, so that the lists of a tool that moves straight on are not all renewed in the
-  // same tick.
+  // The margins differ between lists, so that the lists of a tool that moves straight on are not all computed anew in
+  // the same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];

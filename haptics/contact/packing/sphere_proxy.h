@@ -20,7 +20,7 @@ struct ProxyOptions {
   double static_friction = 0.2;    // μ_s of eq. 13
   double dynamic_friction = 0.15;  // μ_d, at most μ_s
   // The projection onto the constraints begins with the last multipliers, which needs fewer iterations; false: with
-  // zero, as in the servo's laws before version 7.
+  // zero, as in the force laws before version 7.
   bool starts_from_last = true;
 };
 

@@ -30,7 +30,7 @@ struct ToolSpheres {
 
 /// Arrangement of the spheres of a head that is not a ball.
 enum class HeadSpheres {
-  kPacked,  // spheres of several sizes that do not overlap; the servo's laws before version 7
+  kPacked,  // spheres of several sizes that do not overlap; force laws before version 7
   kRings,   // overlapping spheres in rings around the axis
 };
 

@@ -83,8 +83,9 @@ struct SharpEdgeParameters {
   // Number of directions in which faces are searched. It must be large, because some faces of a corner are found in
   // few directions.
   static constexpr int directions = 12;
-  static constexpr double aside = 8;  // voxels, sideways distance from the foot point at which a face is searched
-  // Voxels, sideways and downward distance at which a face beyond an edge is searched.
+  // Voxels, lateral distance from the foot point at which each search for a face starts.
+  static constexpr double aside = 8;
+  // Voxels; the search for a face beyond an edge starts this far beside the foot point and this far below it.
   static constexpr double down = 6.8;
   // Voxels, least distance from the foot point to a face; the stencil then ends before the edge.
   static constexpr double least_aside = 5.2;

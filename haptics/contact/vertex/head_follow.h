@@ -15,8 +15,9 @@ namespace typodont::haptics::vertex {
 struct FollowParameters {
   // head radii, limit of the displacement in one iteration, because the bounds of the points are linear
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;    // number of iterations with one list of points
-  static constexpr int rounds = 16;  // limit of the number of lists per tick: the head moves by at most 4.8 radii
+  static constexpr int looks = 2;  // number of iterations that use the same list of near points
+  // limit of the number of lists per tick; with it, the head moves by at most 4.8 radii per tick
+  static constexpr int rounds = 16;
   // threshold, as a ratio to `step`: after a shorter displacement no further iteration is needed
   static constexpr double settled = 0.2;
   // Threshold of the overlap, as a ratio to the head's radius: with more overlap, the head counts as inside tissue.

@@ -423,7 +423,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Flips an edge between two nearly coplanar faces if this improves the shape of the flatter face.
+/// Flips an edge between two nearly coplanar faces if this improves the shape of the thinner face: the smaller
+/// roundness() of the two faces then increases. Returns true if the edge was flipped.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;

@@ -22,7 +22,8 @@ struct CutParameters {
   static constexpr double step = 0.5;
   // Limit of a vertex's displacement in a step; a vertex that would move farther belongs to another wall.
   static constexpr double farthest = 3;
-  static constexpr double least_turn = 0.2;  // smallest cosine between a face's normals before and after a step
+  // lower limit of the cosine between a face's normals before and after a step
+  static constexpr double least_turn = 0.2;
   // Lower limit of the cosine between a face's normal and the head's normal; above this limit, the face may rotate
   // farther.
   static constexpr double faces_head = 0.3;

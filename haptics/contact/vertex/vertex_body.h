@@ -1,4 +1,5 @@
-// The carver's half of "vertex": the mesh, its strokes, and the field computed from it.
+// The part of the contact model "vertex" that runs on the carver thread: the mesh, its strokes, and the field computed
+// from it.
 #pragma once
 
 #include <deque>

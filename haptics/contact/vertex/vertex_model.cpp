@@ -224,10 +224,11 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double distance = distances_.distance(i);
     const dvec3 n = distances_.normal_W(i), off = points_[distances_.point(i)] - X.p;
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
-    const double d = is_ball ? distance : distance - probe * ahead;  // m, depth after the motion, negative
+    // m, signed distance of the vertex from the head after the motion; negative inside the head
+    const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const double depth = sample.area * d;  // negative
+    const double depth = sample.area * d;  // m³, negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     // for a ball, all forces pass through the centre and give no torque

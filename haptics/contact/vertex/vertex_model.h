@@ -1,5 +1,5 @@
-// The servo's half of "vertex" (README.md): vertices hold the head outside, and springs on the vertices that the head
-// would push give the force.
+// The part of the contact model "vertex" (README.md) that runs on the servo thread. The vertices keep the head outside
+// the tissue. The force comes from springs on the vertices that the head would push.
 #pragma once
 
 #include <vector>
@@ -37,7 +37,7 @@ struct FeelParameters {
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
 
-/// The servo's half of the contact model "vertex". Servo thread.
+/// The part of the contact model "vertex" that runs on the servo thread.
 class VertexModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because vertices only recede.

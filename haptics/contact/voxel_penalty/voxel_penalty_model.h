@@ -1,4 +1,5 @@
-// The servo's half of "voxel_penalty". It has no proxy; the force comes from springs (README.md).
+// The part of the contact model "voxel_penalty" that runs on the servo thread. It has no proxy; the force comes from
+// springs (README.md).
 #pragma once
 
 #include <vector>
