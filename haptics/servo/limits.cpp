@@ -144,19 +144,17 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
-  bool guarded = false;  // the next tick's energy limits the force
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
     const double guard = at_stake > 0 ? std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0) : 1.0;
     const double landing = lands(now) ? landing_fraction(now, at_stake) : paid_fraction(now);
     const double passive = std::min(guard, landing);
-    guarded = guard < landing;
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }
-  const bool pressed_less = lands(now) && !guarded && now.unlimited > 0;
-  coupling.felt = pressed_less ? glm::length(now.force) / now.unlimited : 1;
+  const double left = lands(now) && now.unlimited > 0 ? glm::length(now.force) / now.unlimited : 1;
+  coupling.felt = left < P::least_felt ? 1 : left;
   return felt_torque;
 }
 

@@ -101,8 +101,8 @@ struct Servo::State {
     dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
     double pressing = 0;  // N, component of head_force along `pressed`, times `felt`
     // Fraction of the last tick's force that the limits of a landing drill left for the hand; the teeth are pressed by
-    // this fraction. 1 where these limits do not apply, and where the passivity controller limits the force further: a
-    // hand at rest would otherwise neither cut nor give the ledger any energy
+    // this fraction. 1 where these limits do not apply, and where almost nothing is left (a hand that jumped into the
+    // tissue): the hand would otherwise neither cut nor give the ledger any energy
     double felt = 1;
     FrictionState friction;
     TipState tip;
