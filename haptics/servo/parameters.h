@@ -2,8 +2,6 @@
 // method's folder.
 #pragma once
 
-#include <cstdint>
-
 #include "engine/base/pose.h"
 
 namespace typodont::haptics {
@@ -68,14 +66,6 @@ struct LimitParameters {
   static constexpr double unpaid_force = 0.1;
   // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
   static constexpr double unpaid_ratio = 2;
-  // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
-  static constexpr std::uint32_t laws_of_landing = 7;
-  // A smaller fraction of the coupling's force does not count for the teeth (Coupling::felt)
-  static constexpr double least_felt = 1e-5;
-  // Factor on the spring's force change by a retreat, which is subtracted from the rise that the slew limit allows
-  static constexpr double retreat_weight = 3;
-  // Factor on the spring's force change by the hand's displacement; the product is the largest fall without a step
-  static constexpr double spring_tolerance = 1.05;
 };
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).

@@ -45,7 +45,6 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J stored in the coupling
-  double unlimited = 0;     // N, size of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
   /// True if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
@@ -99,11 +98,7 @@ struct Servo::State {
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
     dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
-    double pressing = 0;  // N, component of head_force along `pressed`, times `felt`
-    // Fraction of the last tick's force that the limits of a landing drill left for the hand; the teeth are pressed by
-    // this fraction. 1 where these limits do not apply, and where almost nothing is left (a hand that jumped into the
-    // tissue): the hand would otherwise neither cut nor give the ledger any energy
-    double felt = 1;
+    double pressing = 0;  // N, component of head_force along `pressed`
     FrictionState friction;
     TipState tip;
     double rate = 0;  // m/s, smoothed rate of the depth
@@ -220,12 +215,6 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  /// Change of the force of tissue and teeth since the last tick, N.
-  dvec3 force_change(const ContactTick& now) const noexcept;
-  /// True if the limits for a landing drill apply (laws 7).
-  bool lands(const ContactTick& now) const noexcept;
-  double held_back(const ContactTick& now, double change) const noexcept;
-  double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;

@@ -465,8 +465,7 @@ TEST(Cutting, TheVolumeCutByASlidingBallDependsOnlyOnTheForceNotOnVoxelSizeAndRa
       double pushed = 0;
       for (double t = 0; t < 5.0_mm / 0.03; t += s.tick) {
         const double a = 6 * t - 0.5, in = depth * std::min(1.0, t / 0.03);
-        const ServoTick& tick = bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
-        pushed += glm::length(tick.f_T_W) * s.tick;
+        pushed += bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1).depth * s.tick;
       }
       const double share = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
       least = std::min(least, share), most = std::max(most, share);
