@@ -170,12 +170,14 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// The effects that this scene needs; the others are compiled out.
-  SurfaceEffects effects() const {
+  /// The effects that this frame needs; the others are compiled out.
+  SurfaceEffects effects(const Frame& frame) const {
+    // A section and the X-ray view show the inside of bodies, where the grid has no light.
+    const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
     return {.handpiece_shadow = context.quality.handpiece_shadow && handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
             .film = film.on(),
-            .light_grid = light_grid.size.x > 0};
+            .light_grid = light_grid.size.x > 0 && !shows_inside};
   }
 
   bool same_particles(const Frame& frame) const {
@@ -397,11 +399,13 @@ struct Renderer::Impl {
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
       draw_handpiece(commands, mirrored.tool, view, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), false, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(mirrored),
+                     false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
       if (mirrored.suction.opening > 0)
         tool.record(context, commands, tip_body, mirrored.suction.X_WS, light_grid.size.x > 0, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(), true, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(mirrored), true,
+                     seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
       ++stats.mirror_passes;
@@ -525,7 +529,7 @@ struct Renderer::Impl {
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
       draw_handpiece(commands, frame.tool, view, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), false, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), false, stats);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.suction.opening > 0)
         tool.record(context, commands, tip_body, frame.suction.X_WS, light_grid.size.x > 0, stats);
@@ -535,7 +539,7 @@ struct Renderer::Impl {
       }
       // A partial redraw draws a black background, too, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(), true, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
       targets.end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
