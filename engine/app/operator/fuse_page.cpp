@@ -49,15 +49,7 @@ void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) 
 
 void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, float size) {
   FuseForm& form = s.fuse;
-  ImGui::BeginGroup();
-  ImGui::PushFont(w.style().small);
-  dim(s.text(kTitles[side]));
-  ImGui::PopFont();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  if (form.pictures[side]) {
-    ImGui::Image(w.texture(*form.pictures[side], form.drawn), {size, size});
-    ImGui::SetCursorScreenPos(at);
-    ImGui::InvisibleButton(kTitles[side], {size, size});
+  titled_picture(s, w, kTitles[side], form.pictures[side], form.drawn, size, [&](ImVec2 at) {
     if (!s.busy) follow_mouse(form, side, at, size);
     ImDrawList* draw = ImGui::GetWindowDrawList();
     draw->PushClipRect(at, {at.x + size, at.y + size}, true);
@@ -72,10 +64,7 @@ void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, f
       draw->AddText({p.x + radius, p.y - 1.2f * w.style().unit}, IM_COL32(255, 255, 255, 255), number.c_str());
     }
     draw->PopClipRect();
-  } else {
-    ImGui::Dummy({size, size});
-  }
-  ImGui::EndGroup();
+  });
 }
 
 void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {

@@ -65,20 +65,8 @@ void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 
 
 void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   PlanForm& form = s.plan;
-  ImGui::BeginGroup();
-  ImGui::PushFont(w.style().small);
-  dim(s.text(kTitles[i]));
-  ImGui::PopFont();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  if (form.pictures[i]) {
-    ImGui::Image(w.texture(*form.pictures[i], form.drawn), {size, size});
-    ImGui::SetCursorScreenPos(at);
-    ImGui::InvisibleButton(kTitles[i], {size, size});
-    follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit);
-  } else {
-    ImGui::Dummy({size, size});
-  }
-  ImGui::EndGroup();
+  titled_picture(s, w, kTitles[i], form.pictures[i], form.drawn, size,
+                 [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
 /// Draws fields for three numbers in millimetres.

@@ -153,23 +153,12 @@ void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered)
 
 void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   ScanForm& form = s.scan;
-  ImGui::BeginGroup();
-  ImGui::PushFont(w.style().small);
-  dim(s.text(kTitles[i]));
-  ImGui::PopFont();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  if (form.pictures[i]) {
-    ImGui::Image(w.texture(*form.pictures[i], form.drawn), {size, size});
-    ImGui::SetCursorScreenPos(at);
-    ImGui::InvisibleButton(kTitles[i], {size, size});
+  titled_picture(s, w, kTitles[i], form.pictures[i], form.drawn, size, [&](ImVec2 at) {
     const View view{form.planes[i], at, size};
     const bool hovered = ImGui::IsItemHovered();
     follow_mouse(s, i, view, kGrip * w.style().unit);
     draw_marks(s, i, view, hovered);
-  } else {
-    ImGui::Dummy({size, size});
-  }
-  ImGui::EndGroup();
+  });
 }
 
 /// Draws the fields of the region's walls, in mm from the scan's first voxel.

@@ -83,6 +83,24 @@ void dim(const std::string& text) {
   ImGui::TextUnformatted(text.data(), text.data() + text.size());
   ImGui::PopStyleColor();
 }
+
+void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
+                    std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add) {
+  ImGui::BeginGroup();
+  ImGui::PushFont(w.style().small);
+  dim(s.text(name));
+  ImGui::PopFont();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  if (picture) {
+    ImGui::Image(w.texture(*picture, drawn), {size, size});
+    ImGui::SetCursorScreenPos(at);
+    ImGui::InvisibleButton(name, {size, size});
+    add(at);
+  } else {
+    ImGui::Dummy({size, size});
+  }
+  ImGui::EndGroup();
+}
 void dim_wrapped(const std::string& text) {
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   ImGui::PushTextWrapPos(0);

@@ -47,6 +47,12 @@ void one_line(const std::string& text, float room);
 /// Shows the name at the left and the value at the panel's right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
+/// Draws a square picture under its title, as a button that takes the mouse. `name`: text key of the title; null
+/// `picture`: an empty square. `drawn`: number of times that the picture was drawn. `add(at)`: handles the mouse and
+/// draws marks over the picture, whose upper left corner is `at`; it is called if there is a picture.
+void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
+                    std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
+
 /// The button for the main action of a page.
 bool main_button(const char* text, ImVec2 size);
 /// The button of the emergency stop.
