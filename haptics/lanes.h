@@ -39,6 +39,12 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 #endif
 }
 
+TYPODONT_KERNEL void take_root(D8& v) {
+  asm("" : "+m"(v));  // as for take_root(F8&)
+  D8 root;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+  v = root;
+}
 TYPODONT_KERNEL void take_root(F8& v) {
   // Forces the value through memory; otherwise the compiler computes some of the eight roots one by one.
   asm("" : "+m"(v));

@@ -250,7 +250,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   begin_panel("scan", s.text("op.scan"), size, w);
-  // The presets for scans; an intraoral scan is a mesh.
+  // The preset "arch" is missing here, because an intraoral scan is a mesh and opens another form.
   constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};

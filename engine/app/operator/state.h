@@ -155,7 +155,7 @@ struct ScanForm {
   int kind = 0;  // haptics::LabelKind
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5, tolerance = 0.3f;  // of a seed, see haptics::LabelSeed
+  float reach_mm = 5, tolerance = 0.3f;  // parameters of a seed, see haptics::LabelSeed
   glm::ivec3 walls{0};                   // walls of the region that the mouse holds, see ScanReview::walls_at()
   dvec3 mouse_F{0};                      // m, position of the brush in the last frame
   ScanPlanes planes;

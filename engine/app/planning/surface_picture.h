@@ -14,8 +14,8 @@ namespace typodont {
 
 using glm::dvec2;
 
-/// An orthographic picture of triangles. Positions are in m, in the mesh's frame; places in the picture are fractions
-/// of its width and height from the top left corner.
+/// An orthographic picture of triangles. Positions are in m, in the mesh's frame. A place in the picture is a pair of
+/// fractions of its width and height, from the top left corner.
 class SurfacePicture {
  public:
   SurfacePicture() = default;

@@ -11,7 +11,7 @@ class Jaw {
  public:
   /// A point in arch coordinates, m.
   struct Place {
-    double along, beside;  // coordinates as in ArchCurve::Place
+    double along, beside;  // position along the curve of the teeth and distance from it, see ArchCurve::Place
     double depth;          // m, depth below the gum's edge, without papillae
     double half_width;     // half the width of the row of teeth at the gum
     double x, z;           // coordinates in the row's frame; x mesial, z occlusal

@@ -25,13 +25,6 @@ TYPODONT_KERNEL void read_lanes(D8& v, const double* from) {
 TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
   std::memcpy(to, &v, sizeof v);
 }
-TYPODONT_KERNEL void take_roots(D8& v) {
-  // Forces the value through memory; otherwise the compiler computes some of the eight roots one by one.
-  asm("" : "+m"(v));
-  D8 root;
-  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-  v = root;
-}
 
 /// As HeadField::distance(p, n), for a ball of this radius.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -40,7 +33,7 @@ void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
     D8 x, y, z;
     read_lanes(x, columns.x + k), read_lanes(y, columns.y + k), read_lanes(z, columns.z + k);
     D8 length = x * x + y * y + z * z;
-    take_roots(length);
+    take_root(length);
     const L8 off_center = length > 0.0;
     write_lanes(columns.distance + k, length - radius);
     write_lanes(columns.n_x + k, off_center ? x / length : D8{});
@@ -60,7 +53,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
     const D8 x = R[0] * wx + R[1] * wy + R[2] * wz, y = R[3] * wx + R[4] * wy + R[5] * wz,
              z = R[6] * wx + R[7] * wy + R[8] * wz;
     D8 rho = x * x + y * y;
-    take_roots(rho);
+    take_root(rho);
     D8 best2 = zero + 1e300, best_x = zero, best_z = zero, way_x = zero, way_z = zero;
     L8 outside = {};
     for (int i = 0; i < piece_count; ++i) {
@@ -78,7 +71,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
       } else {
         const D8 vx = rho - piece.cx, vz = z - piece.cz, gx = rho - piece.bx, gz = z - piece.bz;
         D8 length = vx * vx + vz * vz;
-        take_roots(length);
+        take_root(length);
         const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, tx = piece.bx - piece.cx,
                      tz = piece.bz - piece.cz;
         outside |= beyond & (length > piece.radius);
@@ -96,7 +89,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
       way_x = closer ? nx : way_x, way_z = closer ? nz : way_z;
     }
     D8 length = best2, way = way_x * way_x + way_z * way_z;
-    take_roots(length), take_roots(way);
+    take_root(length), take_root(way);
     const D8 sign = outside ? zero + 1.0 : zero - 1.0;
     const L8 off_surface = length > 1e-9, known = way > 0.0, off_axis = rho > 1e-12;
     const D8 n_rho = off_surface ? sign * best_x / length : known ? way_x / way : zero + 1.0;
