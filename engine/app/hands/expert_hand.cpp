@@ -53,7 +53,7 @@ struct Lead {
   // push equals the wanted force, because the lead for a force depends on the tissue. Forces are fractions of the
   // task's mean force. Lengths are fractions of the lead for the mean force. `rough_force` is used for the bulk of the
   // tissue if another tool makes the finish.
-  static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
+  static constexpr double rough_force = 2.1, bulk_force = 1.6, finishing_force = 1.4;
   static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the lead's limit
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the lead's limit
   // m; the upper bound of the limit is never smaller than this, because soft bone needs a longer lead than a tooth

@@ -25,7 +25,7 @@ constexpr double kLeastFlat = 0.1e-6;  // m², lower limit of the area of a floo
 constexpr double kFlatShare = 0.02;    // lower limit of the floor area, as a fraction of the head's cross-section
 // distance between the end of a row and a wall, in diameters; the wall has a pass of its own
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
+constexpr double kFromAround = 0.03e-3;   // m, clearance between the head and neighbours or gum
 constexpr double kLeastTaken = 0.05;      // voxels, threshold: thinner tissue gets no pass
 // m, tolerance: a point closer than this to the line between its neighbours is omitted
 constexpr double kOnLine = 2e-6;
