@@ -178,7 +178,8 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       "![Map of the results, models in rows and campaigns in columns]({0}/map.svg)\n\n"
       "- The result **survives** means that every figure is within its limit.\n"
       "- The result **flawed** means that the force is finite, is within its limit, and stops the hand, but the model "
-      "has a fault. It generates energy (more than 1 nJ), has force steps (0.25 N per tick more than without the "
+      "has a fault. Such a model generates energy (more than 1 nJ), has force steps (0.25 N per tick more than without "
+      "the "
       "disturbance), or has a large error.\n"
       "- The result **falls** means that the force is not finite or exceeds its limit, or that the hand passes through "
       "the tissue or feels no force in the tissue.\n\n## The campaigns\n\n",
