@@ -1,4 +1,4 @@
-// The calibration functions of the C interface.
+// The functions of the C interface that calibrate.
 #include <algorithm>
 #include <span>
 #include <vector>
