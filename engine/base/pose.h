@@ -16,7 +16,7 @@ using glm::dvec3;
 /// A rotation and a translation in m. A pose never mirrors (a mirror is a flag of the display). The type is trivially
 /// copyable, so that messages between threads can contain it.
 struct Pose {
-  dvec3 p{0, 0, 0};  // m, position of B's origin as seen from A
+  dvec3 p{0, 0, 0};     // m, position of B's origin as seen from A
   dquat R{1, 0, 0, 0};  // unit quaternion that rotates vectors from B into A
 
   /// Converts a point from frame B to frame A (m).

@@ -14,7 +14,7 @@ namespace typodont {
 /// message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,  // the hand's pose is not finite or has no unit quaternion: the force is zero
+  kBadInput = 1u << 0,    // the hand's pose is not finite or has no unit quaternion: the force is zero
   kStalePatch = 1u << 1,  // a new patch is more than 20 ms late: the force is computed with the old patch
   // The tool left the patch. A tool in contact feels the last contact plane, and a tool without contact gets zero
   // force.
@@ -24,12 +24,12 @@ enum class Fault : std::uint32_t {
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: the force is zero
   kRingFull = 1u << 6,    // the ring to the carver was full and a cut was lost: the force continues
-  kSlewLimit = 1u << 7,  // the force rose faster than the device allows: its rate of change was limited
+  kSlewLimit = 1u << 7,   // the force rose faster than the device allows: its rate of change was limited
   kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
   kLetGo = 1u << 9,  // the servo was late and the motors were switched off: the hand did not receive the last force
   // the user presses the pedal to fill, but there is no free space near the tool: nothing was placed
   kNoRoom = 1u << 10,
-  kHeld = 1u << 11,       // the emergency key is on: no drilling, and no force on the hand
+  kHeld = 1u << 11,  // the emergency key is on: no drilling, and no force on the hand
   // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool returns along its own
   // path.
   kWedged = 1u << 12,
@@ -58,20 +58,20 @@ inline constexpr std::uint32_t kServoLaws = 7;
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;       // number of ticks since the servo started
-  Nanos t = 0;  // ns since the session's start, time at which the hand was sampled
-  Pose X_WT;  // pose of the tool at the hand; origin in the head's centre, z along the shank
-  Pose X_WG;  // pose of the proxy, which stays outside the tissue and is drawn
+  Nanos t = 0;                   // ns since the session's start, time at which the hand was sampled
+  Pose X_WT;                     // pose of the tool at the hand; origin in the head's centre, z along the shank
+  Pose X_WG;                     // pose of the proxy, which stays outside the tissue and is drawn
   dvec3 f_T_W{0, 0, 0};          // N, force on the hand
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
-  double pedal = 0;  // position of the pedal, 0 (released) to 1
-  double depth = 0;  // m, distance between hand and proxy: |X_WG.p - X_WT.p|
+  double pedal = 0;              // position of the pedal, 0 (released) to 1
+  double depth = 0;              // m, distance between hand and proxy: |X_WG.p - X_WT.p|
   dvec3 n_C_W{0, 0, 0};          // unit contact normal, pointing out of the tissue; zero if the tool has no contact
   double contact_area = 0;       // m², area of the head in contact with tissue
-  PerTissue removed{};  // m³ of each tissue removed since the start
+  PerTissue removed{};           // m³ of each tissue removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
-  double spindle = 0;  // rad/s, rotation speed of the spindle
+  double spindle = 0;            // rad/s, rotation speed of the spindle
   double cutting_power = 0;      // W, present cutting power
-  double energy = 0;  // J, energy that the hand has given to the device so far (passivity observer)
+  double energy = 0;             // J, energy that the hand has given to the device so far (passivity observer)
   Nanos cpu_time = 0;            // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;  // number of the surface patch with which the tick was computed; 0: none
@@ -79,7 +79,7 @@ struct ServoTick {
   // J, energy that the spindle has given to the hand so far through the tangential cutting force. `energy` does not
   // contain it.
   double spindle_energy = 0;
-  std::uint32_t tool = 0;  // index of the tool in the hand, in the session's list of tools
+  std::uint32_t tool = 0;   // index of the tool in the hand, in the session's list of tools
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
   // N, force of the contact model before the servo applies slew limit, force limit and energy ledger.
   dvec3 f_model_W{0, 0, 0};
@@ -92,21 +92,21 @@ struct Cut {
   std::uint64_t index = 0;  // number of the cut: 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // number of the tick that made the cut
   Nanos t = 0;
-  Pose X_WA, X_WB;  // pose of the head before and after the cut; origin in the head's centre
+  Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // index in the session's list of tools
-  PerTissue removed{};  // m³ of each tissue removed by this cut; negative for a filling
+  PerTissue removed{};     // m³ of each tissue removed by this cut; negative for a filling
   dvec3 n_C_W{0, 0, 0};    // unit normal, pointing out of the tissue
-  double spindle = 0;  // rad/s, rotation speed of the spindle about the tool's z, with sign
+  double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
 };
 
 /// A piece of tissue that a cut separated from the tissue. The carver removed the piece. Carver → debris, recorder.
 struct LoosePiece {
-  std::uint64_t cut = 0;  // number of the cut that separated the piece
-  Nanos t = 0;  // ns, time of that cut
+  std::uint64_t cut = 0;    // number of the cut that separated the piece
+  Nanos t = 0;              // ns, time of that cut
   dvec3 center_W{0, 0, 0};  // m, centre of the piece's bounding box
   double radius = 0;        // m, half the longest edge of the bounding box
-  PerTissue removed{};  // m³ of each tissue in the piece
+  PerTissue removed{};      // m³ of each tissue in the piece
 };
 
 /// States in which tick the servo began to use a surface patch. A replay needs these records and the cuts to give the
@@ -114,7 +114,7 @@ struct LoosePiece {
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …
   std::uint64_t first_tick = 0;  // number of the first tick that was computed in this patch
-  std::uint64_t cuts = 0;  // number of cuts that were already made in the tissue when the patch was copied
+  std::uint64_t cuts = 0;        // number of cuts that were already made in the tissue when the patch was copied
   dvec3 center_W{0, 0, 0};       // m, requested centre of the patch
 };
 

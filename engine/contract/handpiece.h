@@ -22,10 +22,10 @@ struct HandpiecePart {
   std::vector<HandpieceRing> rings;  // at least two rings; the first ring is the one nearest to the tool
   bool smooth = false;               // true: a smooth curve through the rings; false: straight lines between them
   dvec3 color{0.75, 0.76, 0.78};     // sRGB; the reflectance of metal
-  double roughness = 0.3;  // roughness of the surface, 0 (mirror) to 1 (dull)
+  double roughness = 0.3;            // roughness of the surface, 0 (mirror) to 1 (dull)
   bool brushed = false;              // true: fine grooves around the part, as on turned metal
   bool metal = true;                 // false: plastic or rubber
-  double glow = 0;  // brightness of the light that the part emits, 0..1
+  double glow = 0;                   // brightness of the light that the part emits, 0..1
   std::vector<std::array<double, 2>> bands;  // m, begin and end of each black band, along the path from the first ring
   // Begin and end of the knurl in m, along the path from the first ring. If both are equal, the part has no knurl.
   std::array<double, 2> knurl{0, 0};

@@ -51,12 +51,12 @@ struct DurationHistogram {
 struct LoopTiming {
   Nanos period = 1'000'000;  // ns, nominal period of the device
   std::uint64_t ticks = 0;
-  std::uint64_t misses = 0;  // number of ticks that were not finished when the next sample was due
+  std::uint64_t misses = 0;       // number of ticks that were not finished when the next sample was due
   std::uint64_t worst_index = 0;  // number of the tick that took the longest time
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
   DurationHistogram jitter;  // deviation of the time between two wake-ups from the period
-  DurationHistogram work;  // time from the device's sample to the writing of the force
+  DurationHistogram work;    // time from the device's sample to the writing of the force
   Nanos last_woke = 0;
 
   /// Records one tick. `woke` is the time at which read() returned, and `done` is the time at which write() returned.
@@ -88,11 +88,11 @@ struct LoopReport {
   // refused.
   std::array<char, 320> note{};
   // The next fields describe the safety layer of a device with motors.
-  double heat = 0;            // present heat of the motor windings, as a fraction of the limit, 0..1
-  double worst_heat = 0;      // largest `heat` so far
+  double heat = 0;        // present heat of the motor windings, as a fraction of the limit, 0..1
+  double worst_heat = 0;  // largest `heat` so far
   // N, largest force that the motors may produce now without overheating; 0 if the device has no motors
   double bearable_force = 0;
-  bool armed = false;  // true if the device may push the hand now
+  bool armed = false;        // true if the device may push the hand now
   std::uint32_t safety = 0;  // all SafetyEvent bits that were set since the start
 
   void say(std::string_view text) noexcept {

@@ -11,8 +11,8 @@ namespace typodont {
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror
-  double fog = 0;  // 0 (clear) to 1 (completely fogged)
-  double focal = 0;  // m, focal length of a concave, magnifying mirror; 0 if the mirror is plane
+  double fog = 0;       // 0 (clear) to 1 (completely fogged)
+  double focal = 0;     // m, focal length of a concave, magnifying mirror; 0 if the mirror is plane
 };
 
 // Distance in m from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its

@@ -13,15 +13,15 @@ namespace typodont {
 /// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
 /// the resolution of the packer's grid.
 struct SpherePacking {
-  std::vector<dvec3> center;  // m, in W
+  std::vector<dvec3> center;   // m, in W
   std::vector<double> radius;  // m; always above 0
   std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 
-  std::uint64_t seed = 0;  // seed of the packer's random numbers
+  std::uint64_t seed = 0;         // seed of the packer's random numbers
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue that was packed
   double max_radius = 0;          // m, largest radius that the packer was allowed to use
   double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
-  PerTissue solid_volume{};  // m³, volume of each tissue; the spheres fill only a fraction of it
+  PerTissue solid_volume{};       // m³, volume of each tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
   /// Volume of the spheres in each tissue, m³.

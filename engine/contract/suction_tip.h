@@ -10,8 +10,8 @@ namespace typodont {
 /// opening. S is also the tool frame of the hand that holds the tip. Trivially copyable.
 struct SuctionTip {
   Pose X_WS;
-  double opening = 0;  // m, inner diameter of the tube; 0 if there is no tip
-  double wall = 0.5e-3;  // m, thickness of the tube's wall
+  double opening = 0;     // m, inner diameter of the tube; 0 if there is no tip
+  double wall = 0.5e-3;   // m, thickness of the tube's wall
   double slant = 0;       // rad, angle between the opening and the tube's cross-section
   double length = 70e-3;  // m, length of the tube
 };

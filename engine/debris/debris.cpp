@@ -23,8 +23,8 @@ constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (
 // number of steps after which a particle at rest tests whether its tissue was removed
 constexpr std::uint32_t kRestSteps = 1024;
 constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
-constexpr std::size_t kGroup = 32;  // number of particles in a group; a group stores one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;  // m/s; a slower particle comes to rest
+constexpr std::size_t kGroup = 32;          // number of particles in a group; a group stores one due step (`first_due`)
+constexpr double kRestSpeed = 0.05;         // m/s; a slower particle comes to rest
 // largest relative error of a particle's drag rate; beyond this error the rate is computed again
 constexpr double kDragError = 0.1;
 constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %
@@ -39,12 +39,12 @@ struct Debris::State {
   std::vector<std::uint32_t> due;  // step in which a particle needs its next full update (update_fully)
   // for each group of kGroup particles: a lower bound of the particles' due steps
   std::vector<std::uint32_t> first_due;
-  struct Chip {                          // data of a particle that the inner loop does not need
+  struct Chip {      // data of a particle that the inner loop does not need
     double born_at;  // s, time of creation
-    float mass0;  // kg, mass at creation; 0 if suction has removed the particle
+    float mass0;     // kg, mass at creation; 0 if suction has removed the particle
     float diameter;  // m, diameter of one chip
-    float density;                       // kg/m³
-    float stokes;  // 1/s, drag rate of a slow particle (Stokes drag)
+    float density;   // kg/m³
+    float stokes;    // 1/s, drag rate of a slow particle (Stokes drag)
     Tissue tissue;
   };
   std::vector<Chip> chips;

@@ -6,7 +6,7 @@
 //   debris.step(1.0 / 60, field);
 //   debris.write_points(points);
 // For one thread. Only the constructor allocates memory, and step() returns at once if there are no particles. The same
-//cuts, steps and seed give the same bits.
+// cuts, steps and seed give the same bits.
 #pragma once
 
 #include <cstddef>
@@ -23,16 +23,16 @@ namespace typodont::debris {
 /// A coarse distance field of the tissue, off which particles bounce. The caller owns the array. Sample (x,y,z) lies at
 /// origin + spacing·(x,y,z) and has the index (x·size.y + y)·size.z + z.
 struct CoarseField {
-  glm::dvec3 origin{0};  // m, position of sample (0,0,0) in W
-  double spacing = 5e-4;  // m, distance between neighbouring samples
-  glm::ivec3 size{0};  // number of samples per axis; 0 if there is no tissue
+  glm::dvec3 origin{0};             // m, position of sample (0,0,0) in W
+  double spacing = 5e-4;            // m, distance between neighbouring samples
+  glm::ivec3 size{0};               // number of samples per axis; 0 if there is no tissue
   const float* distance = nullptr;  // m, negative in the tissue
 };
 
 /// A suction nozzle, which draws in air from all directions.
 struct Suction {
   glm::dvec3 p_W{0};     // m, position of the nozzle
-  double flow = 5e-3;  // m³/s; a dental high-volume suction draws about 300 l/min
+  double flow = 5e-3;    // m³/s; a dental high-volume suction draws about 300 l/min
   double radius = 4e-3;  // m, radius of the nozzle; a particle at a smaller distance is removed
 };
 
@@ -48,8 +48,8 @@ struct DebrisOptions {
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s²
   double air_density = 1.2;           // kg/m³
   double air_viscosity = 1.8e-5;      // Pa·s
-  double restitution = 0.3;  // normal speed after a bounce divided by the speed before it
-  double slide = 0.7;  // tangential speed after a bounce divided by the speed before it
+  double restitution = 0.3;           // normal speed after a bounce divided by the speed before it
+  double slide = 0.7;                 // tangential speed after a bounce divided by the speed before it
   double scatter = 0.25;              // standard deviation of the launch velocity divided by the rim speed
 };
 
@@ -59,7 +59,7 @@ struct DebrisLedger {
   double alive = 0;
   double decayed = 0;
   double sucked = 0;
-  double dropped = 0;  // kg, mass that was lost because the buffer was full
+  double dropped = 0;    // kg, mass that was lost because the buffer was full
   double deposited = 0;  // kg, mass that became part of the film on the surface
 };
 
@@ -94,8 +94,8 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
 
 /// A particle as the renderer draws it.
 struct DebrisPoint {
-  glm::vec3 p_W{0};  // m, position
-  float diameter = 0;  // m, diameter of a ball that has the particle's remaining mass
+  glm::vec3 p_W{0};              // m, position
+  float diameter = 0;            // m, diameter of a ball that has the particle's remaining mass
   Tissue tissue = Tissue::kAir;  // tissue of a chip; kAir for a droplet of water
   float chip = 0;                // m, diameter of one chip; the finest chips are drawn as mist
   // m, vector along which a droplet is drawn as a streak; it ends at p_W and has the length of the flight during the

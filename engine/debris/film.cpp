@@ -27,10 +27,10 @@ Load scaled(const Load& load, double share) {
 struct Film::State {
   struct Cell {
     glm::ivec3 sample;
-    glm::vec3 p, n;  // p: point on the surface in m; n: unit normal
+    glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
     float area = 0;    // m²
     float height = 0;  // m, height of the point p along `up`
-    float tilt = 0;  // cosine of the angle between normal and `up`
+    float tilt = 0;    // cosine of the angle between normal and `up`
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
@@ -39,14 +39,14 @@ struct Film::State {
   };
   FilmOptions options;
   CoarseField field;
-  PerTissue volume_of_kg{};  // m³/kg, volume of one kilogram of each tissue
+  PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
   std::vector<std::int32_t> slot_at;  // index (slot) of the cell of each sample; -1 if the sample has no cell
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a loaded cell
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  std::vector<float> rate;  // 1/s, largest relative change of the content of each cell
+  std::vector<float> rate;     // 1/s, largest relative change of the content of each cell
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
   std::vector<std::uint8_t> is_loaded, is_changed;

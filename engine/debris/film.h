@@ -22,18 +22,18 @@
 namespace typodont::debris {
 
 struct FilmOptions {
-  glm::dvec3 up{0, 0, 1};  // unit vector, opposite to gravity
+  glm::dvec3 up{0, 0, 1};         // unit vector, opposite to gravity
   double gravity = 9.81;          // m/s²
   double water_density = 1000;    // kg/m³
   double water_viscosity = 1e-3;  // Pa·s, at 20 °C
   // Largest volume fraction of solids with which slurry flows: that of randomly packed rough grains. The viscosity
   // rises towards infinity at this fraction (Krieger & Dougherty 1959).
   double most_solids = 0.6;
-  double clinging = 10e-6;  // m, thickness of the layer that adheres to the surface and does not flow
-  double hanging = 60e-6;  // m, largest thickness of the film below an overhang; more water drips off
-  double overhang = -0.25;  // a surface is an overhang if the cosine between its normal and `up` is less than this
-  double drying = 0.5e-6;  // m/s, thickness that evaporates per second; a film of 30 µm dries in a minute
-  double suction_rate = 20;  // 1/s, rate at which the film is carried away by air with the speed `suction_speed`
+  double clinging = 10e-6;    // m, thickness of the layer that adheres to the surface and does not flow
+  double hanging = 60e-6;     // m, largest thickness of the film below an overhang; more water drips off
+  double overhang = -0.25;    // a surface is an overhang if the cosine between its normal and `up` is less than this
+  double drying = 0.5e-6;     // m/s, thickness that evaporates per second; a film of 30 µm dries in a minute
+  double suction_rate = 20;   // 1/s, rate at which the film is carried away by air with the speed `suction_speed`
   double suction_speed = 10;  // m/s, speed of the air at which `suction_rate` holds
   // A plane below which the tooth lies inside the gum. Cells at points p with dot(drain, (p, 1)) < 0 lose their load.
   // With zero, no cell drains.
@@ -55,11 +55,11 @@ struct FilmLedger {
 /// A cell of the film. `water` and `solids` are heights, that is, volumes divided by the cell's area.
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
-  glm::vec3 p_W{0};  // m, point on the surface
+  glm::vec3 p_W{0};      // m, point on the surface
   glm::vec3 n_W{0};      // unit normal, pointing out of the tissue
   double area = 0;       // m²
-  double water = 0;  // m, height of the water
-  PerTissue solids{};  // m, height of the solids of each tissue
+  double water = 0;      // m, height of the water
+  PerTissue solids{};    // m, height of the solids of each tissue
 };
 
 class Film {
@@ -89,7 +89,7 @@ class Film {
   void step(double dt, const Suction* suction = nullptr);
 
   std::size_t loaded() const;                     // number of cells with water or solids
-  std::uint64_t cells_stepped() const;  // number of computed cells, summed over all substeps
+  std::uint64_t cells_stepped() const;            // number of computed cells, summed over all substeps
   std::size_t cells() const;                      // number of cells
   FilmCell cell(const glm::ivec3& sample) const;  // the cell of a sample; its area is 0 if the sample has no cell
   bool has_cell(const glm::ivec3& sample) const;

@@ -3,8 +3,8 @@
 //   Spray spray({.seed = 7});
 //   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if the water is off
 // A droplet flies for a few milliseconds, whereas a chip flies for seconds. Therefore droplets are stored separately
-//from chips, and most of them reach the surface within one step. For one thread. Without water and slurry, step()
-//returns at once. The same calls and the same seed give the same bits.
+// from chips, and most of them reach the surface within one step. For one thread. Without water and slurry, step()
+// returns at once. The same calls and the same seed give the same bits.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,11 @@ namespace typodont::debris {
 
 /// The state of the nozzles and of the bur during a step.
 struct SpraySource {
-  Pose X_WT;  // pose of the tool: origin in the head's centre, z along the shank
+  Pose X_WT;               // pose of the tool: origin in the head's centre, z along the shank
   double head_radius = 0;  // m, radius of the head
   double head_half = 0;    // m, distance from the head's centre to its free end
-  double spindle = 0;  // rad/s, rotation speed about the tool's z, with sign
-  double water = 0;  // flow of water as a fraction of the nozzles' full flow, 0 to 1
+  double spindle = 0;      // rad/s, rotation speed about the tool's z, with sign
+  double water = 0;        // flow of water as a fraction of the nozzles' full flow, 0 to 1
 };
 
 struct SprayOptions {
@@ -34,7 +34,7 @@ struct SprayOptions {
   // number of simulated droplets per second; each represents the water of several real droplets
   double parcels_per_second = 12'000;
   double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
-  double lifetime = 0.5;  // s; an older droplet is removed because it has left the scene
+  double lifetime = 0.5;       // s; an older droplet is removed because it has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
@@ -45,8 +45,8 @@ struct SprayOptions {
   double splashed = 0.5;
   // 1/s, rate at which a bur with the rim speed `fling_speed` throws off the film that it touches
   double fling_rate = 5;
-  double fling_speed = 20;  // m/s, rim speed of the bur at which `fling_rate` holds
-  int most_flung = 24;  // largest number of droplets of slurry per step
+  double fling_speed = 20;   // m/s, rim speed of the bur at which `fling_rate` holds
+  int most_flung = 24;       // largest number of droplets of slurry per step
   double exposure = 2.5e-4;  // s, exposure time of a picture, during which a flying droplet draws a streak
 };
 

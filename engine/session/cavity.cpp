@@ -17,7 +17,7 @@ namespace {
 // Threshold in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);  // the normal of a floor deviates from the axis by less than 30°
-constexpr double kWall = 0.5;  // sine of 30°: a wall deviates from the axis by less than 30°
+constexpr double kWall = 0.5;                    // sine of 30°: a wall deviates from the axis by less than 30°
 // A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
 // within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
 // voxel, which a bur leaves, also shorten the gradient: a larger limit would omit half of a rippled floor, and its mean
@@ -27,7 +27,7 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest length of the gradient for which a wall's inclination is measured. A shorter gradient means that its stencil
 // (the samples from which it is computed) spans an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;  // tolerance for rounding errors, in voxels
+constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
 constexpr double kLeastArea = 0.1e-6;  // m²; a floor or walls with a smaller total area are ignored
 // Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
 // the wall's edges.
@@ -163,7 +163,7 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 /// Computes the margins: the curves on the old surface that bound the cut. Each curve is a list of points in order, in
 /// voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  constexpr double kLevel = 0.5;  // voxels; the margin lies where the cut has this depth below the old surface
+  constexpr double kLevel = 0.5;           // voxels; the margin lies where the cut has this depth below the old surface
   using Key = std::array<std::size_t, 4>;  // identifies an edge between two points of the surface
   struct End {
     dvec3 p;
@@ -333,8 +333,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
 
 /// Data that do not depend on the trainee's result, but only on the tissue before the work and on the ideal.
 struct Given {
-  DenseField before, ideal;  // distance fields with true distances, see redistanced()
-  std::vector<bool> pulp;  // true for each voxel of pulp
+  DenseField before, ideal;          // distance fields with true distances, see redistanced()
+  std::vector<bool> pulp;            // true for each voxel of pulp
   std::vector<std::size_t> to_pulp;  // for each voxel: index of the nearest pulp voxel; empty if there is no pulp
 };
 Given given(const Preparation& in) {

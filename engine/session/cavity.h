@@ -14,18 +14,18 @@ namespace typodont::session {
 
 /// The tissue before the work, after the work and in its ideal form. All fields have the same voxel grid.
 struct Preparation {
-  VoxelFrame frame;  // position of the grid in W; sample (0,0,0) lies at the frame's origin
-  DenseField before, after;  // distance fields before and after the work
-  DenseField ideal;  // distance field of the ideal; empty if the task has no ideal
+  VoxelFrame frame;            // position of the grid in W; sample (0,0,0) lies at the frame's origin
+  DenseField before, after;    // distance fields before and after the work
+  DenseField ideal;            // distance field of the ideal; empty if the task has no ideal
   std::vector<Tissue> tissue;  // tissue of each voxel before the work
-  std::vector<bool> keep;  // marks voxels that must not be removed (a neighbouring tooth); may be empty
+  std::vector<bool> keep;      // marks voxels that must not be removed (a neighbouring tooth); may be empty
   // unit vector that points out of the opening, towards the user; a crown is placed from this side
   dvec3 axis_W{0, 0, 1};
 };
 
 struct Place {
   double depth = 0;  // m, depth of the deviation; 0 if there is none
-  dvec3 p_W{0};  // m, position of the deviation; valid if depth > 0
+  dvec3 p_W{0};      // m, position of the deviation; valid if depth > 0
 };
 
 /// Measures of a preparation in SI units. A measure has no value if it does not apply to the preparation (for example,
@@ -34,7 +34,7 @@ struct CavityMeasures {
   bool has_ideal = false;
   double wanted = 0;        // m³, volume that the ideal removes or adds
   double done = 0;          // m³, completed part of `wanted`
-  double over_volume = 0;  // m³, volume of tissue that is missing although the ideal keeps (or adds) it
+  double over_volume = 0;   // m³, volume of tissue that is missing although the ideal keeps (or adds) it
   double under_volume = 0;  // m³, volume of tissue that remains although the ideal removes it, or of excess filling
   // places where the surface deviates most from the ideal: into the tissue (over) and out of it (under)
   Place over, under;
@@ -42,10 +42,10 @@ struct CavityMeasures {
   // Closed pores do not count.
   std::optional<double> contour;
 
-  double cut_area = 0;  // m², area of the new surface
-  std::optional<double> floor_depth;  // m, mean depth of the floor below the old surface, measured along the axis
+  double cut_area = 0;                   // m², area of the new surface
+  std::optional<double> floor_depth;     // m, mean depth of the floor below the old surface, measured along the axis
   std::optional<double> floor_flatness;  // m, root mean square distance of the floor from a plane
-  std::optional<double> floor_tilt;  // rad, angle between the floor and the plane perpendicular to the axis
+  std::optional<double> floor_tilt;      // rad, angle between the floor and the plane perpendicular to the axis
   // Total occlusal convergence in rad: twice the mean inclination of the walls. It is positive if the walls open
   // outwards.
   std::optional<double> taper;
@@ -62,11 +62,11 @@ struct CavityMeasures {
   struct Cup {
     dvec3 center_W{0};  // m, centre of the sphere
     double radius = 0;  // m
-    dvec3 axis_W{0};  // unit vector out of the opening, the mean normal of the new surface
+    dvec3 axis_W{0};    // unit vector out of the opening, the mean normal of the new surface
   };
-  std::optional<Cup> cup;  // a sphere fitted to the new surface, for a socket that was reamed
+  std::optional<Cup> cup;            // a sphere fitted to the new surface, for a socket that was reamed
   std::optional<double> cup_offset;  // m, distance between the centres of `cup` and of the ideal's cup
-  std::optional<double> cup_tilt;  // rad, angle between the axes of `cup` and of the ideal's cup
+  std::optional<double> cup_tilt;    // rad, angle between the axes of `cup` and of the ideal's cup
   // Removed volume, in m³, of tissue that must not be removed. No value if there is no such tissue.
   std::optional<double> kept_removed;
 };

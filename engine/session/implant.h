@@ -34,8 +34,8 @@ struct ImplantCylinder {
 /// The planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
-  dvec3 axis_W{0, 0, -1};  // unit vector into the bone
-  double length = 0;  // m, length of the implant
+  dvec3 axis_W{0, 0, -1};   // unit vector into the bone
+  double length = 0;        // m, length of the implant
   double diameter = 0;      // m, diameter of the thread
   double bed_diameter = 0;  // m, diameter of the last drill that makes the bed
   dvec3 apex_W() const { return entry_W + length * axis_W; }
@@ -68,10 +68,10 @@ struct NeighbourRoot {
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;  // for each tool: distance in m from the tool's origin to its tip
+  std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius in m
-  double greatest_force = 0;  // N, limit of the force; the time with a larger force counts as over-force
-  double greatest_angle = 0;  // rad, limit of the angle to the plan's axis; beyond it the trainee is warned
+  double greatest_force = 0;   // N, limit of the force; the time with a larger force counts as over-force
+  double greatest_angle = 0;   // rad, limit of the angle to the plan's axis; beyond it the trainee is warned
   double depth_tolerance = 0;  // m, limit of the depth beyond the planned depth; beyond it the trainee is warned
   double canal_clearance = 0;  // m; at a smaller distance from the nerve canal the trainee is warned
   std::vector<dvec3> canal_W;  // the nerve canal as a polyline; empty if there is no canal
@@ -111,11 +111,11 @@ class ImplantMeter {
   bool started_ = false;
   Nanos last_t_ = 0;
   double removed_last_ = 0, removed_in_phase_ = 0;  // m³, volumes up to the last tick and in the present phase
-  double held_ = 0;  // s, time for which the goal of the phase has been met so far
-  double later_tool_time_ = 0;  // s, time for which the tool of a later phase has worked so far
-  bool works_ = false;  // true while the tool in the hand works on the bone
-  double last_depth_ = 0;  // m, depth in the last tick
-  double insertion_speed_ = 0;  // m/s, filtered speed along the plan's axis
+  double held_ = 0;                                 // s, time for which the goal of the phase has been met so far
+  double later_tool_time_ = 0;                      // s, time for which the tool of a later phase has worked so far
+  bool works_ = false;                              // true while the tool in the hand works on the bone
+  double last_depth_ = 0;                           // m, depth in the last tick
+  double insertion_speed_ = 0;                      // m/s, filtered speed along the plan's axis
   // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;

@@ -33,9 +33,9 @@ struct HeatModel {
   // Fraction of the cutting power that heats the bone. The chips remove the rest of the heat.
   static constexpr double fraction = 0.3;
   static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
-  static constexpr double heat_capacity = 2.5e6;  // J/(m³ K), from a density of 1.9 g/cm³ and 1.3 J/(g K)
-  static constexpr double cooled_time = 8;  // s, time constant of cooling with irrigation
-  static constexpr double dry_time = 30;  // s, time constant of cooling without irrigation
+  static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from a density of 1.9 g/cm³ and 1.3 J/(g K)
+  static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
+  static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
   static constexpr double body = 37, harmful = 47;  // °C, body temperature and temperature that damages bone
 };
 
@@ -51,7 +51,7 @@ struct ImplantPhaseMeasures {
   bool done = false, skipped = false;
   // s, times of the first contact and of the phase's end; negative if this has not yet happened
   double began = -1, ended = -1;
-  double force_max = 0;  // N, largest force
+  double force_max = 0;                           // N, largest force
   double over_force = 0;                          // s, time for which the force was above its limit
   double depth = 0;                               // m, largest depth below the plan's entry
   double hottest = HeatModel::body;               // °C, highest temperature
@@ -63,24 +63,24 @@ struct ImplantPhaseMeasures {
 struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
-  double axis_error = 0;  // rad, angle between the bed's axis and the planned axis
-  double depth = 0;  // m, depth of the bed below the plan's entry
-  double canal_distance = 1e9;  // m, distance from the bed's surface to the wall of the nerve canal
-  double neighbour_distance = 1e9;  // m, distance from the bed's wall to the nearest neighbouring root
+  double axis_error = 0;                   // rad, angle between the bed's axis and the planned axis
+  double depth = 0;                        // m, depth of the bed below the plan's entry
+  double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
+  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
   // The next measures are computed from the tissue (measure_bed()). They are negative if they are unknown.
   double diameter = -1, ovality = -1;  // m
-  double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
+  double perforated = -1;              // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };
 
 struct ImplantMeasures {
   std::vector<ImplantPhaseMeasures> phases;
   ImplantBedMeasures bed;
   bool placed = false;
-  double insertion_torque = 0;  // N·m, largest torque during the insertion of the implant
-  double bone_contact = -1;  // fraction of the implant's surface that touches bone; negative if unknown
+  double insertion_torque = 0;       // N·m, largest torque during the insertion of the implant
+  double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
   double over_force = 0;             // s, time for which the force was above its limit
   double hottest = HeatModel::body;  // °C, highest temperature
-  double phases_done() const;  // fraction of the phases that are complete, 0..1
+  double phases_done() const;        // fraction of the phases that are complete, 0..1
 };
 
 }  // namespace typodont::session

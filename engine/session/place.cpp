@@ -21,9 +21,9 @@ constexpr double kCentral = 0.25;
 
 /// The extent of the work, which is all tissue that was changed or should have been changed.
 struct Work {
-  dvec3 middle_W{0};  // m, centre of the work's volume
-  double low = 0, high = 0;  // m, range of the work's positions along the axis
-  double half_width = 0;  // m, largest distance of the work from its middle, perpendicular to the axis
+  dvec3 middle_W{0};           // m, centre of the work's volume
+  double low = 0, high = 0;    // m, range of the work's positions along the axis
+  double half_width = 0;       // m, largest distance of the work from its middle, perpendicular to the axis
   bool around_tissue = false;  // true if there is tissue in the middle of the ideal, as in a crown's stump or a filling
 };
 

@@ -76,7 +76,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
   std::optional<PartialFile> partial;  // exists only while the file has another name (`written_to`)
-  std::optional<Journal> journal;  // exists only for live recordings; must exist longer than h5
+  std::optional<Journal> journal;      // exists only for live recordings; must exist longer than h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;

@@ -16,8 +16,8 @@ namespace typodont::session {
 /// Tissue labels on a grid, from which the cut face of a section is coloured. A label is air where tissue never
 /// existed.
 struct TissueLabels {
-  VoxelFrame frame;  // position of the grid in W; sample (0,0,0) lies at the frame's origin
-  glm::ivec3 size{0};  // number of samples per axis; 0 if there are no labels
+  VoxelFrame frame;            // position of the grid in W; sample (0,0,0) lies at the frame's origin
+  glm::ivec3 size{0};          // number of samples per axis; 0 if there are no labels
   std::vector<Tissue> tissue;  // z is the fastest index
 };
 
@@ -30,7 +30,7 @@ struct ResultModel {
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices in counter-clockwise order as seen from outside
-  TissueLabels labels;  // tissue labels inside the model
+  TissueLabels labels;                                  // tissue labels inside the model
 };
 
 /// Deviation, in m, at which the difference map has its strongest colour.

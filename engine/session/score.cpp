@@ -19,7 +19,7 @@ constexpr double kTremorCutoff = 5.0;
 // Time in s over which positions are averaged before the path length is computed, because tremor would lengthen the
 // path.
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;  // s; a stroke ends after this time without contact
+constexpr double kFreeBetween = 0.1;     // s; a stroke ends after this time without contact
 constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less volume is no stroke
 
 }  // namespace

@@ -20,12 +20,12 @@ namespace typodont::session {
 /// Measures of the hand, computed from the ticks. The members have the same order as in the report.
 struct HandMeasures {
   double time = 0;           // s, time from the first tick to the last
-  double contact_time = 0;  // s, time in which the head touched tissue
-  double force_mean = 0;  // N, mean force over the ticks with contact
-  double force_max = 0;  // N, largest force
-  double path_length = 0;  // m, length of the path of the head's centre (at the hand's pose), without tremor
-  int strokes = 0;  // number of strokes, which are contacts in which tissue was cut
-  double tremor_rms = 0;  // m, root mean square of the hand's motion above 5 Hz while in contact
+  double contact_time = 0;   // s, time in which the head touched tissue
+  double force_mean = 0;     // N, mean force over the ticks with contact
+  double force_max = 0;      // N, largest force
+  double path_length = 0;    // m, length of the path of the head's centre (at the hand's pose), without tremor
+  int strokes = 0;           // number of strokes, which are contacts in which tissue was cut
+  double tremor_rms = 0;     // m, root mean square of the hand's motion above 5 Hz while in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
@@ -71,19 +71,19 @@ struct DamageMeasures {
 };
 
 struct ScoreInput {
-  PerTissue before{};  // m³ of each tissue at the start
-  PerTissue after{};  // m³ of each tissue at the end
+  PerTissue before{};              // m³ of each tissue at the start
+  PerTissue after{};               // m³ of each tissue at the end
   std::optional<PerTissue> ideal;  // m³ of each tissue in the ideal result
   // For each tissue: mean hardness of the removed part as a fraction (0..1) of the tissue's own hardness; 0 if nothing
   // was removed. No value if the tissues have uniform hardness.
   std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
-  std::optional<CavityMeasures> cavity;  // geometry of the result; no value if it was not measured
+  std::optional<CavityMeasures> cavity;        // geometry of the result; no value if it was not measured
   std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would achieve
-  std::optional<ExploreMeasures> explore;  // exists only for an exploration task
-  std::optional<DamageMeasures> damage;  // exists only if the scene has neighbouring teeth or gum
-  std::optional<ImplantMeasures> implant;  // exists only for an exercise in implant surgery
+  std::optional<ExploreMeasures> explore;      // exists only for an exploration task
+  std::optional<DamageMeasures> damage;        // exists only if the scene has neighbouring teeth or gum
+  std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
 };
 
 /// Source of the default pass mark, as a key of the text catalogue.
@@ -117,7 +117,7 @@ struct ScoreItem {
   Best best = Best::kAtMost;
   std::string source;
   double points = 0;  // points that this item gets, 0 to `full`
-  double full = 0;  // points for a perfect value: 100 · weight / sum of all weights
+  double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
 };
 
 /// Number of points (of 100) that a session needs to pass.
@@ -129,7 +129,7 @@ struct PassMark {
 struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
-  double full = 0;  // 100, or 0 if no item gives points
+  double full = 0;    // 100, or 0 if no item gives points
   // Completed fraction of the task, with which the sum of the items' points is multiplied. It is the fraction of the
   // ideal's changes, of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if any
   // tissue was cut or filled. So a session without work gets no points, although each item without deviation shows its

@@ -37,22 +37,22 @@ struct StreamSpec {
 struct SessionHeader {
   std::string scene_json;                                    // the complete scene as JSON, with all overrides
   std::string rig_json;                                      // the complete rig as JSON; empty if there is no rig
-  std::vector<SourceFile> files;  // the files from which the scene and the rig were built
+  std::vector<SourceFile> files;                             // the files from which the scene and the rig were built
   std::string hand;                                          // the device's address, e.g. "script:hand.csv"
-  std::string trainee;  // free text that names the trainee; empty if unknown
+  std::string trainee;                                       // free text that names the trainee; empty if unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
-  std::vector<std::string> tools;  // name or JSON text of each tool; Cut::tool is an index into this list
-  std::vector<StreamSpec> streams;  // streams that are recorded in addition to the ticks
+  std::vector<std::string> tools;         // name or JSON text of each tool; Cut::tool is an index into this list
+  std::vector<StreamSpec> streams;        // streams that are recorded in addition to the ticks
   std::string model = "offset";           // name of the contact model; its parameters are in the scene
   std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
-  double servo_rate = 1000;  // Hz, rate of the servo
+  double servo_rate = 1000;               // Hz, rate of the servo
   double position_step = 0;  // m, smallest step of the hand's device (one encoder count); a replay needs it
   bool gives_torque = true;  // true if the hand's device can apply torque; a replay needs it
   // Highest frequency, in Hz, of the spindle vibration that the hand's device rendered. A replay needs this value.
   double vibration_band = 0;
-  double voxel = 0;  // m, edge of a voxel
+  double voxel = 0;            // m, edge of a voxel
   PerTissue volumes_before{};  // m³, volume of each tissue at the start
-  std::string date;  // date and time in ISO 8601, UTC; empty if omitted, as in deterministic runs
+  std::string date;            // date and time in ISO 8601, UTC; empty if omitted, as in deterministic runs
   std::string program_version = TYPODONT_VERSION;
   std::string compiler = compiler_of_this_build();
   static std::string compiler_of_this_build();
@@ -90,8 +90,8 @@ struct Lost {
   // number of ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  std::uint64_t other_disk = 0;  // number of patch uses, events and stream samples lost by the disk
-  std::uint64_t other_ring = 0;  // number of patch uses, events and stream samples lost by a ring
+  std::uint64_t other_disk = 0;     // number of patch uses, events and stream samples lost by the disk
+  std::uint64_t other_ring = 0;     // number of patch uses, events and stream samples lost by a ring
   std::uint64_t pictures_disk = 0;  // number of pictures of the result lost by the disk
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
@@ -102,7 +102,7 @@ std::string in_words(const Lost& lost);
 /// A gap in a recording: an interval in which ticks or cuts are missing, although later ones exist. The cause is a full
 /// disk or a late recorder.
 struct Gap {
-  Nanos from = 0, to = 0;  // ns, times of the last row before the gap and of the first row after it
+  Nanos from = 0, to = 0;             // ns, times of the last row before the gap and of the first row after it
   std::uint64_t after_tick = 0;       // index of the last tick before the gap
   std::uint64_t ticks = 0, cuts = 0;  // number of missing ticks and cuts
   bool operator==(const Gap&) const = default;
@@ -127,7 +127,7 @@ struct SessionResult {
   PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal is true
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
-  std::uint64_t field_hash = 0;  // hash of the final tissue; 0 if not computed
+  std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed
   std::vector<SessionPicture> pictures;
 };
 

@@ -20,8 +20,8 @@ struct BlockSet {
   static constexpr std::size_t kSamples = 4096;
   static constexpr std::int32_t kOutside = -1, kInside = -2;
 
-  glm::ivec3 size{0};              // size of the box in samples
-  glm::ivec3 count{0};             // size of the box in blocks
+  glm::ivec3 size{0};   // size of the box in samples
+  glm::ivec3 count{0};  // size of the box in blocks
   // for each block of the box (z fastest): its index among the stored blocks, or kOutside, or kInside
   std::vector<std::int32_t> slot;
   std::vector<glm::ivec3> first;  // position of the first sample of each stored block
@@ -176,7 +176,7 @@ struct SparseComponents {
   // stored
   Sparse<std::int32_t> label;
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  std::int32_t largest() const;  // number of the largest component; 0 if there is none
+  std::int32_t largest() const;     // number of the largest component; 0 if there is none
 };
 /// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
 /// over edges and corners (26 neighbours). Blocks that are not stored are always connected over faces.

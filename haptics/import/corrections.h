@@ -35,7 +35,7 @@ struct LabelStroke {
 /// from the point.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
-  dvec3 point{0};  // m, start of the part
+  dvec3 point{0};       // m, start of the part
   double reach = 5e-3;  // m, largest distance from the point
   double tolerance = 0.3;
 };

@@ -320,7 +320,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
 
 // A point where a grid line crosses the mesh.
 struct Crossing {
-  float at;  // position along the line's axis
+  float at;    // position along the line's axis
   int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
 };
 

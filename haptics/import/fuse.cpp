@@ -26,7 +26,7 @@ using importing::TriangleTree;
 
 // On a crown, the cosine of the angle between the normals of scan and CT must exceed this limit.
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;  // m²; a gap in the crowns with a smaller area counts as crown
+constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns with a smaller area counts as crown
 constexpr double kLeastPiece = 5e-6;  // m²; a crown piece with a smaller area is ignored
 constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which the tissue of the surface is read
 // A true distance field has a gradient of length 1. If the gradient is shorter than this limit, the sample is not near
@@ -136,7 +136,7 @@ class Crowns {
   struct Near {
     dvec3 point, normal;
     double distance = 0;  // m, distance to the nearest point, without sign
-    double weight = 0;  // 1 in the middle of a crown, falling to 0 at its rim; 0 outside
+    double weight = 0;    // 1 in the middle of a crown, falling to 0 at its rim; 0 outside
   };
   /// Returns the nearest point of the scan, if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {

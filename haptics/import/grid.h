@@ -64,9 +64,9 @@ Grid<float> gaussian(const Grid<float>& g, double sigma);
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
-  Grid<std::int32_t> label;  // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask
+  Grid<std::int32_t> label;         // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  std::int32_t largest() const;  // number of the largest component; 0 if there is none
+  std::int32_t largest() const;     // number of the largest component; 0 if there is none
 };
 /// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
 /// over edges and corners (26 neighbours).

@@ -13,9 +13,9 @@ namespace typodont::haptics {
 
 enum class ImportPreset {
   kTooth,  // a tooth: enamel over dentin, and pulp in the cavities
-  kArch,  // teeth and gingiva as a mesh from an intraoral scanner; the mesh is open below, and a base closes it
-  kBone,  // a bone: cortical over cancellous bone; marrow spaces count as cancellous
-  kJaw,  // a jaw as a scan: bone, teeth, pulp, nerve canals and metal
+  kArch,   // teeth and gingiva as a mesh from an intraoral scanner; the mesh is open below, and a base closes it
+  kBone,   // a bone: cortical over cancellous bone; marrow spaces count as cancellous
+  kJaw,    // a jaw as a scan: bone, teeth, pulp, nerve canals and metal
 };
 
 /// Linear maps from a scan's grey values to hardness (hardness.h), for the softer tissue (dentin, cancellous bone) and
@@ -44,7 +44,7 @@ struct ImportOptions {
   std::vector<ImportPart> parts;
   // m, voxel edge of the result; if not given, the scan's smallest spacing, or 0.1 mm for a mesh
   std::optional<double> voxel;
-  std::optional<int> series;  // number of the DICOM series in the printed list, if a folder contains several series
+  std::optional<int> series;     // number of the DICOM series in the printed list, if a folder contains several series
   std::optional<dvec3> spacing;  // m, spacing along the scan's own axes; replaces the spacing that the file states
   // Grey value of the threshold between the surroundings and the softer tissue. If not given, it is found from the
   // histogram.
@@ -52,18 +52,18 @@ struct ImportOptions {
   // Grey value of the threshold between the softer and the denser tissue. If not given, it is found from the histogram.
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; if not given, it is found from the histogram
-  std::optional<double> nan_grey;  // grey value for voxels that are NaN; if not given, such voxels are an error
-  glm::dmat3 turn{1};  // rotation by quarter turns (quarter_turns) that is applied to the result
+  std::optional<double> nan_grey;    // grey value for voxels that are NaN; if not given, such voxels are an error
+  glm::dmat3 turn{1};                // rotation by quarter turns (quarter_turns) that is applied to the result
   // Maps the scan's grey values to hardness. If not given, every tissue has its usual hardness everywhere.
   std::optional<HardnessGreys> hardness;
   double band = 1.5e-3;  // m; distances are exact up to this distance on both sides of the surface
   // The part of a scan that is imported. If not given, everything is imported. The grey values of the tissues are found
   // in the whole scan.
   std::optional<ImportRegion> region;
-  double mesh_unit = 1e-3;  // length in m of one unit of a mesh file
-  std::optional<double> shell;  // m, thickness of the dense outer tissue of a mesh
-  std::optional<double> crown;  // m, height of a crown below its cusps, for an arch without colours
-  bool greys = true;  // if true, the scan's grey values are kept; write_preview() needs them
+  double mesh_unit = 1e-3;       // length in m of one unit of a mesh file
+  std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh
+  std::optional<double> crown;   // m, height of a crown below its cusps, for an arch without colours
+  bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
   std::optional<double> memory;  // bytes, limit of the memory; if not given, the free memory
   /// Is called before the work begins with the estimated memory in bytes.
   std::function<void(double)> estimated;
@@ -73,15 +73,15 @@ struct ImportOptions {
 /// A nerve canal, which is found as a dark tube in the bone.
 struct JawCanal {
   std::vector<dvec3> centre;  // m, points of the centre line in the file's coordinates
-  double uncertainty = 0;  // m, standard deviation of the centre line's position across the canal
+  double uncertainty = 0;     // m, standard deviation of the centre line's position across the canal
 };
 
 /// Facts about the labels of a jaw, with their uncertainty.
 struct JawReport {
-  int crowns = 0;  // number of pieces of enamel and metal; crowns that touch each other are one piece
-  double border = 0;  // m, standard deviation of the position of a border between two tissues
+  int crowns = 0;                  // number of pieces of enamel and metal; crowns that touch each other are one piece
+  double border = 0;               // m, standard deviation of the position of a border between two tissues
   PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
-  double mislabelled = 0;  // m³, expected volume with a wrong label (tooth as bone or bone as tooth)
+  double mislabelled = 0;          // m³, expected volume with a wrong label (tooth as bone or bone as tooth)
   std::vector<JawCanal> canals;
 };
 
@@ -89,31 +89,31 @@ struct JawReport {
 /// and dentin.
 struct KindGreys {
   double cortical = 0;  // lowest grey value of cortical bone
-  double enamel = 0;  // lowest grey value of enamel
+  double enamel = 0;    // lowest grey value of enamel
   // Grey values that define the hardness of bone: it is 0 at `soft`, and 1 at the bone tissue's own value.
   double soft = 0, own_cancellous = 1, own_cortical = 1;
 };
 
 struct ImportReport {
-  std::string format;                  // "NRRD", "STL" …
-  dvec3 spacing{0};  // m, spacing of the scan; zero for a mesh
-  double voxel = 0;  // m, voxel edge of the result
-  glm::ivec3 size{0};                  // size of the result in voxels
-  dvec3 lo{0}, hi{0};  // m, bounding box of the surface in the file's coordinates
-  double height = 0;  // m, longest edge of the bounding box
-  PerTissue volume{};  // m³ of each tissue
+  std::string format;    // "NRRD", "STL" …
+  dvec3 spacing{0};      // m, spacing of the scan; zero for a mesh
+  double voxel = 0;      // m, voxel edge of the result
+  glm::ivec3 size{0};    // size of the result in voxels
+  dvec3 lo{0}, hi{0};    // m, bounding box of the surface in the file's coordinates
+  double height = 0;     // m, longest edge of the bounding box
+  PerTissue volume{};    // m³ of each tissue
   PerTissue hardness{};  // mean hardness of each tissue, 0..1; valid only if hardness was derived from grey values
   int bodies_found = 0;  // number of connected pieces of tissue in the scan
-  int bodies_kept = 0;  // number of connected pieces of tissue in the result
-  int pulp_parts = 0;  // number of connected pieces of pulp
+  int bodies_kept = 0;   // number of connected pieces of tissue in the result
+  int pulp_parts = 0;    // number of connected pieces of pulp
   std::optional<double> false_dentin;  // fraction of a tooth crown's outer surface that is labelled dentin
   // The following grey values exist only for scans.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
   KindGreys kinds;
   double noise_grey = 0;  // standard deviation of the grey values of the surroundings
-  double blur = 0;  // m, standard deviation of the scan's blur, measured at edges
-  double memory = 0;  // bytes, largest memory that the work needs, estimated before it begins
+  double blur = 0;        // m, standard deviation of the scan's blur, measured at edges
+  double memory = 0;      // bytes, largest memory that the work needs, estimated before it begins
   // Coordinate space of the file: "LPS" (x to the patient's left, y to the back, z to the head), "RAS" (x to the right,
   // y to the front, z to the head), or empty if unknown.
   std::string space;
@@ -122,7 +122,7 @@ struct ImportReport {
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
-  std::vector<std::string> notes;  // notes about the import for the user
+  std::vector<std::string> notes;    // notes about the import for the user
 };
 
 struct Imported {

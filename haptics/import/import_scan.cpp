@@ -20,7 +20,7 @@ namespace typodont::haptics::importing {
 namespace {
 // voxels, standard deviation of the Gaussian that reduces noise before the histogram is computed
 constexpr double kScanSmoothing = 0.8;
-}
+}  // namespace
 
 // Imports a scan. `known` are the grey values of the whole scan if `scan` is a region of it. If `known` is null, the
 // grey values are found in `scan`.

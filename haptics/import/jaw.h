@@ -13,7 +13,7 @@ namespace typodont::haptics::importing {
 /// Grey values of the materials in a jaw. Dentin and cortical bone are about equally bright, so they have one value.
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
-  bool has_enamel = false;  // false if no crown is visible, so that `enamel` is a guess
+  bool has_enamel = false;      // false if no crown is visible, so that `enamel` is a guess
   std::optional<double> metal;  // grey value of metal; no value if the scan contains no metal
 
   // Lowest grey value of dentin and cortical bone.
@@ -37,7 +37,7 @@ using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
   Sparse<Tissue> tissue;  // labels inside the body and up to two samples outside
-  JawReport report;  // facts about the labels; the centres of canals are in samples of the grid
+  JawReport report;       // facts about the labels; the centres of canals are in samples of the grid
 };
 
 /// Finds the labels of a jaw. `scan` contains the grey values that were segmented, and `noise` is the standard

@@ -11,8 +11,8 @@
 namespace typodont::haptics::importing {
 
 struct Levels {
-  double outside = 0;           // grey value of the surroundings
-  double soft = 0;              // grey value of the softer tissue (dentin, cancellous bone)
+  double outside = 0;  // grey value of the surroundings
+  double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
   // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
   std::optional<double> dense;
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
@@ -21,7 +21,7 @@ struct Levels {
   double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;  // the same standard deviation after smoothing
+  double smoothed_noise = 0;         // the same standard deviation after smoothing
 
   /// Grey value of the surface. At the true position of a blurred edge, the grey value is halfway between both sides.
   double surface() const { return outside + height * (soft - outside); }
@@ -31,7 +31,7 @@ struct Levels {
 
 struct Peak {
   double level;  // grey value
-  double mass;  // fraction of all voxels that lie between the adjacent valleys
+  double mass;   // fraction of all voxels that lie between the adjacent valleys
 };
 /// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur` is the width
 /// of the noise.

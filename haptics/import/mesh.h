@@ -21,12 +21,12 @@ struct Mesh {
 /// Numbers of the repairs that were made when a mesh was read.
 struct MeshRepairs {
   std::size_t collapsed = 0;  // number of removed triangles with two equal corners
-  std::size_t welded = 0;  // number of corners that were merged with another corner at almost the same position
-  std::size_t copies = 0;  // number of removed second copies of triangles
-  std::size_t turned = 0;  // number of triangles that were reversed to agree with their neighbours
+  std::size_t welded = 0;     // number of corners that were merged with another corner at almost the same position
+  std::size_t copies = 0;     // number of removed second copies of triangles
+  std::size_t turned = 0;     // number of triangles that were reversed to agree with their neighbours
   // number of shells (connected surfaces) that were reversed because they were inside out
   std::size_t shells_turned = 0;
-  std::size_t holes = 0;  // number of small holes that were closed
+  std::size_t holes = 0;       // number of small holes that were closed
   std::size_t hole_edges = 0;  // total number of edges of the closed holes
 
   std::vector<std::string> in_words() const;

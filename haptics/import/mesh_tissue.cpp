@@ -23,10 +23,10 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
 constexpr double kLeastVoxel = 0.1e-3;  // m, smallest voxel edge that is chosen automatically
-constexpr double kUsualVoxels = 12e6;  // largest number of voxels if the voxel edge is chosen automatically
+constexpr double kUsualVoxels = 12e6;   // largest number of voxels if the voxel edge is chosen automatically
 // m; a voxel edge that is chosen automatically is rounded up to a multiple of this
 constexpr double kVoxelStep = 0.01e-3;
-constexpr double kBand = 1.5e-3;  // m, largest stored distance
+constexpr double kBand = 1.5e-3;     // m, largest stored distance
 constexpr double kLeastArea = 1e-9;  // smallest area of a mesh, as a fraction of its squared longest extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 

@@ -14,9 +14,9 @@ namespace typodont::haptics {
 
 /// Options of the object "mesh" in a scene's "tissue": {"file", "unit_mm", "move_mm", "tissue", "voxel_mm"}.
 struct MeshTissueOptions {
-  std::string file;  // name of the file as the scene states it
+  std::string file;    // name of the file as the scene states it
   double unit = 1e-3;  // length in m of one unit of the file
-  dvec3 move{0};  // m, displacement that is added to all points
+  dvec3 move{0};       // m, displacement that is added to all points
   Tissue tissue = Tissue::kEnamel;
   // m, voxel edge of the volume; if not given, 0.1 mm, or more if the volume would be too large
   std::optional<double> voxel;

@@ -19,11 +19,11 @@ namespace typodont::haptics::importing {
 struct RawScan {
   std::string format;  // name of the format: "NRRD" …
   glm::ivec3 size{0};
-  std::vector<float> grey;  // grey values; the file's first axis is the fastest index
+  std::vector<float> grey;           // grey values; the file's first axis is the fastest index
   std::array<glm::dvec3, 3> step{};  // mm, vector from one voxel to the next along each axis; it may be oblique
-  bool has_spacing = false;  // true if the file states a spacing
-  bool has_unit = false;  // true if the file states the unit of its spacing
-  std::string spacing_place;  // where the file states the spacing, for messages
+  bool has_spacing = false;          // true if the file states a spacing
+  bool has_unit = false;             // true if the file states the unit of its spacing
+  std::string spacing_place;         // where the file states the spacing, for messages
   std::string space;                 // "LPS", "RAS" or empty: unknown
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
@@ -37,7 +37,7 @@ struct Scan {
   Grid<float> grey;
   glm::dvec3 spacing{0};  // m, distance between voxels along each axis
   glm::dvec3 origin{0};   // m, position of voxel (0,0,0)
-  std::string space;  // coordinate space, see RawScan
+  std::string space;      // coordinate space, see RawScan
   glm::dmat3 world_rotation{1};
   std::vector<std::string> notes;
 };
@@ -45,7 +45,7 @@ struct Scan {
 /// The arguments of a function that reads a scan.
 struct ScanRequest {
   std::filesystem::path file;  // a file or a folder
-  std::optional<int> series;  // for DICOM: number of the series in the printed list
+  std::optional<int> series;   // for DICOM: number of the series in the printed list
 };
 
 /// A file format of scans. To add a format, write a file NAME.cpp that defines `const ScanFormat NAME_format`, and add

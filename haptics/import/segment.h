@@ -18,13 +18,13 @@ struct Segmentation {
   // Occupancy minus its value at the surface: positive in the body (including cavities), 0 on the outer surface. Empty
   // if distances were requested.
   Sparse<float> phi;
-  Sparse<float> dense;  // positive in the denser tissue; also valid up to some voxels outside the surface
+  Sparse<float> dense;   // positive in the denser tissue; also valid up to some voxels outside the surface
   Sparse<float> cavity;  // positive in pulp or marrow spaces
   // Grey values without the dim outer edge. At the edge and outside, they are replaced by the brightest value further
   // inward.
   Sparse<float> grey;
   DistanceField surface;  // distances to the surface phi = 0, at least up to the requested band
-  double blur = 0;  // voxels, standard deviation of the scan's blur, measured at edges
+  double blur = 0;        // voxels, standard deviation of the scan's blur, measured at edges
   int bodies_kept = 0;
   int cavity_parts = 0;
 };

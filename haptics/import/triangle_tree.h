@@ -37,7 +37,7 @@ class TriangleTree {
   struct Node {
     glm::dvec3 lo{1e300}, hi{-1e300};
     std::size_t first = 0, count = 0;  // range of the triangles of a leaf
-    std::size_t left = 0, right = 0;  // indices of the children of an inner node
+    std::size_t left = 0, right = 0;   // indices of the children of an inner node
   };
 
   std::size_t build(std::size_t first, std::size_t end);
@@ -46,7 +46,7 @@ class TriangleTree {
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;  // triangles in the order of the leaves
-  std::vector<std::size_t> given_;  // for each triangle: its index in the list that the constructor received
+  std::vector<std::size_t> given_;   // for each triangle: its index in the list that the constructor received
   std::vector<Node> nodes_;
 };
 

@@ -10,7 +10,7 @@ std::array<Slot, kSlots> g_slots;
 
 namespace {
 
-std::mutex g_mutex;  // protects g_emptied and g_used
+std::mutex g_mutex;                    // protects g_emptied and g_used
 std::vector<std::uint16_t> g_emptied;  // indices of empty slots that can be reused
 std::uint64_t g_used = 0;              // number of slots that were filled at least once
 

@@ -63,7 +63,7 @@ struct CoreObject {
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
   // stored next to the data that every tick reads, because the cache then loads both together
   std::optional<OfflineRecording> recording;
-  ServoTick tick;                             // the latest tick
+  ServoTick tick;  // the latest tick
   Cut cut;
   // The next patch and the next cut from the rings of the servo. They wait here until the tick that names them is
   // recorded.

@@ -51,7 +51,7 @@ std::string h5_reason() {
 
 namespace {
 
-constexpr hsize_t kLargestChunk = 16u << 20;  // bytes, largest size of a chunk
+constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, largest size of a chunk
 constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, largest length of an attribute
 
 /// Opens the object at `path`. Goes from group to group and checks that every name in the path is a hard link.

@@ -23,7 +23,7 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
 struct Header {
   std::array<char, 8> magic = kMagic;
-  std::uint64_t bytes = 0;  // size of all changes in the journal
+  std::uint64_t bytes = 0;     // size of all changes in the journal
   std::uint64_t checksum = 0;  // FNV-1a hash of the changes, which detects an incomplete journal
 };
 constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, largest journal that is read
@@ -69,7 +69,7 @@ struct JournaledFile {
   int fd = -1;
   Journal* journal = nullptr;
   haddr_t end_of_addresses = 0;
-  haddr_t end = 0;  // size of the file as HDF5 sees it
+  haddr_t end = 0;       // size of the file as HDF5 sees it
   haddr_t real_end = 0;  // size of the file on the disk, without uncommitted changes
   std::vector<Journal::Change> changes;
 

@@ -10,11 +10,11 @@ namespace typodont::haptics::importing {
 enum class DicomRecord : std::uint32_t {
   // Announces the reading of a file: uint32 index of the file. If no record follows, the process crashed on this file.
   kBegins = 0x44420001,
-  kFile,  // followed by a DicomFile
-  kFrame,  // followed by a DicomFrame, the data of one frame of the file
+  kFile,       // followed by a DicomFile
+  kFrame,      // followed by a DicomFrame, the data of one frame of the file
   kReference,  // name of a file to which a DICOMDIR refers, relative to the DICOMDIR: uint32 length, then the name
-  kPixels,  // followed by a DicomPixels and the bytes of the pixels
-  kRefused,  // reason why the file was refused, in plain words: uint32 length, then the text
+  kPixels,     // followed by a DicomPixels and the bytes of the pixels
+  kRefused,    // reason why the file was refused, in plain words: uint32 length, then the text
   kEnd,        // end of the output
 };
 
@@ -28,7 +28,7 @@ struct DicomFile {
   std::int32_t series_number = 0, acquisition = 0, order = 0;
   char modality[8] = {};
   std::uint32_t columns = 0, rows = 0;
-  double tilt = 0;  // degrees, tilt of the gantry as the file states it
+  double tilt = 0;                // degrees, tilt of the gantry as the file states it
   std::uint8_t derived_view = 0;  // 1 if the image is an overview image (localizer)
 };
 

@@ -52,7 +52,7 @@ class FTypodontBench {
   TTripleBuffer<typodont_sample> Samples;
   TTripleBuffer<typodont_tick> Ticks;
   double Start = 0;    // s, time of the servo's first tick
-  int64 Ticked = 0;  // number of ticks so far; only the servo thread uses it
+  int64 Ticked = 0;    // number of ticks so far; only the servo thread uses it
   typodont_pose Felt;  // the hand's pose in the newest tick; only the servo thread uses it
   TUniquePtr<FTypodontLoop> ServoLoop, TissueLoop;
 };
