@@ -37,10 +37,9 @@ struct HandpiecePart {
 /// extends from the head towards +x.
 struct Handpiece {
   std::string name;
-  bool from_head =
-      // If true, the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's
-      // shank. If false, the handpiece holds the shank.
-      false;
+  // If true, the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's
+  // shank. If false, the handpiece holds the shank.
+  bool from_head = false;
   std::vector<HandpiecePart> parts;
 };
 

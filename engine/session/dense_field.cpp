@@ -9,11 +9,10 @@ namespace typodont::session {
 
 namespace {
 
-constexpr float kRefineLimit =
-    // Limit in voxels. Larger distances are not refined, because there the distance between seeds has no effect.
-    20;
-constexpr float kUnchangedBand =
-    1.8f;  // voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
+// Limit in voxels. Larger distances are not refined, because there the distance between seeds has no effect.
+constexpr float kRefineLimit = 20;
+// voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
+constexpr float kUnchangedBand = 1.8f;
 
 /// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. The voxels are visited once in
 /// each of the eight diagonal directions. `closer(to, from)` gives the seed of the voxel `from` to the voxel `to` if

@@ -16,16 +16,15 @@ constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // limit of the spindle speed divided by the phase's speed; a faster spindle is noted
 constexpr double kOverSpeed = 1.1;
-constexpr double kSkipPhaseTime =
-    // Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
-    1.5;
+// Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
+constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;
 constexpr double kDrilled = 0.05e-3;  // m, depth tolerance for a drill
 constexpr double kChecked = 0.25e-3;  // m, depth tolerance for a gauge
 constexpr double kThreaded = 0.3e-3;  // m, depth tolerance for a tap
-constexpr double kLeastContactForce =
-    0.05;  // Threshold in N: with a smaller force the tool has no contact, because it then follows the hand.
+// Threshold in N: with a smaller force the tool has no contact, because it then follows the hand.
+constexpr double kLeastContactForce = 0.05;
 constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
 // m/s; a tool that moves faster along the plan's axis is being moved into the bone
 constexpr double kInsertionSpeed = 0.1e-3;

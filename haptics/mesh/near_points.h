@@ -37,10 +37,9 @@ class NearPoints {
   std::size_t most_;
   dvec3 center_{0};
   std::vector<dvec3> points_;  // m, in W
-  std::vector<float> x_, y_,
-      // Coordinates in m relative to center_. The arrays are longer than `points_`, because the last batch is read
-      // completely.
-      z_;
+  // Coordinates in m relative to center_. The arrays are longer than `points_`, because the last batch is read
+  // completely.
+  std::vector<float> x_, y_, z_;
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };
 
