@@ -24,8 +24,8 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// same input.
 void add_program(Fnv1a& key);
 
-/// Returns the path of the cached file for this key after a check of its content, and removes a damaged file. Returns
-/// an empty path if there is no valid file.
+/// Returns the path of the cached file for this key, or an empty path if there is no valid file. The content of the
+/// file is checked, and a damaged file is removed.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
 /// Stores the file that `write` writes, completely or not at all. While the folder holds more than `most` bytes, the

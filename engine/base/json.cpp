@@ -56,7 +56,7 @@ class Reader {
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
 
   Node document() {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skip a byte order mark
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skips a byte order mark
     Node root = value();
     skip_space();
     if (at_ < text_.size()) fail();
@@ -70,7 +70,7 @@ class Reader {
   /// Column at which the parser stands, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    // also correct on the first line, because npos + 1 is 0
+    // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0
     const std::string_view line = before.substr(before.rfind('\n') + 1);
     return 1 + static_cast<std::size_t>(std::count_if(
                    line.begin(), line.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));

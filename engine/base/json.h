@@ -61,7 +61,7 @@ class Json {
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
-  std::string text() const;  // this value as compact JSON
+  std::string text() const;  // returns this value as compact JSON
 
  private:
   struct Document;

@@ -78,7 +78,7 @@ class Film;
 
 /// A particle at the moment the bur throws it.
 struct NewParticle {
-  glm::dvec3 p_W{0}, v_W{0};  // m, m/s
+  glm::dvec3 p_W{0}, v_W{0};  // position in m, velocity in m/s
   double chip = 0;            // m, diameter of one chip of the particle
   double density = 0;         // kg/m³
   float mass = 0;             // kg
@@ -126,7 +126,7 @@ class Debris {
   glm::vec3 velocity(std::size_t i) const noexcept;
   /// Diameter in m of one chip of particle i, on which its drag depends.
   double chip(std::size_t i) const noexcept;
-  double mass(std::size_t i) const noexcept;  // kg
+  double mass(std::size_t i) const noexcept;  // mass of particle i in kg
   std::uint64_t hash() const noexcept;
 
  private:

@@ -14,9 +14,9 @@ constexpr float kRefineLimit = 20;
 // voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
 constexpr float kUnchangedBand = 1.8f;
 
-/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. The voxels are visited once in
-/// each of the eight diagonal directions. `closer(to, from)` gives the seed of the voxel `from` to the voxel `to` if
-/// that seed is nearer than the seed of `to`.
+/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. There are eight passes over all
+/// voxels, one for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel
+/// `from` to the voxel `to` if that seed is nearer than the seed of `to`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);

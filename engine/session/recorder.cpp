@@ -228,7 +228,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "servo_laws", std::uint64_t{header.servo_laws}) &&
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
-              set_attribute(root, "position_step_m", header.position_step) &&  // stored with all bits
+              set_attribute(root, "position_step_m", header.position_step) &&  // the value is stored with all bits
               set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
               set_attribute(root, "voxel_mm", header.voxel * 1e3) &&
               write_text(group.get(), "scene", header.scene_json) && write_text(group.get(), "rig", header.rig_json) &&

@@ -64,7 +64,7 @@ class HandMeter {
 
 /// Damage that a rotating bur did to tissue next to the tooth that is worked on.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;  // true if the scene has neighbouring teeth, and true if it has gum
+  bool neighbours = false, gum = false;  // true if the scene has neighbouring teeth; true if it has gum
   // m³, volumes of the neighbouring teeth and of the gum that the bur passed through
   double neighbour_volume = 0, gum_volume = 0;
   double first = -1;  // s, time of the first touch; negative if there was none

@@ -25,7 +25,7 @@ constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
 /// linear speed.
 struct Motion {
   const char* name;
-  double turn, way;  // rad/s, m/s
+  double turn, way;  // largest angular speed in rad/s, largest linear speed in m/s
 };
 constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"turns at 1 rad/s", 1, 0},

@@ -313,8 +313,8 @@ class Crowns {
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
   std::vector<dvec3> points_;           // m, in C
-  std::optional<TriangleTree> skin_;    // the scan without its base
-  std::optional<TriangleTree> closed_;  // the scan with its base
+  std::optional<TriangleTree> skin_;  // triangles of the scan without its base
+  std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
   // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
   std::vector<bool> at_border_, covered_;

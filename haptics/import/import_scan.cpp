@@ -243,7 +243,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.kinds = {jaw_greys.bright(), jaw_greys.crown(), jaw_greys.soft, jaw_greys.cancellous, jaw_greys.hard};
   else if (levels.dense)
     report.kinds = {levels.denser(), levels.denser(), levels.outside, levels.soft, *levels.dense};
-  else  // then all bone is cortical, and no tissue is enamel
+  else  // no enamel: all bone is cortical
     report.kinds = {levels.surface(), std::numeric_limits<double>::infinity(), levels.outside, levels.soft,
                     levels.soft};
   Mask solid(smooth.size, 0);

@@ -30,7 +30,7 @@ struct Levels {
 };
 
 struct Peak {
-  double level;  // grey value
+  double level;  // grey value of the peak
   double mass;   // fraction of all voxels that lie between the adjacent valleys
 };
 /// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur` is the width

@@ -214,7 +214,7 @@ static Scan align(RawScan&& raw) {
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // pairs the axes with the best agreement first
+  for (int round = 0; round < 3; ++round) {  // in each round, pairs the two axes whose directions agree best
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {

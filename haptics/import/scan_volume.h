@@ -24,7 +24,7 @@ class ScanVolume {
   dvec3 hi() const;  // m, centre of the last voxel
   dvec3 spacing() const;
   const std::string& format() const;
-  const std::string& space() const;  // see ImportReport::space
+  const std::string& space() const;  // coordinate space, see ImportReport::space
   const std::vector<std::string>& notes() const;
 
   /// Grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is returned.

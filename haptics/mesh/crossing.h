@@ -5,7 +5,7 @@
 
 namespace typodont::haptics::mesh {
 
-/// A triangle with the indices of its vertices. It may be no face of the mesh.
+/// A triangle with the indices of its vertices. It need not be a face of the mesh.
 struct Corners {
   Index v[3];
   dvec3 p[3];

@@ -20,7 +20,7 @@ using Index = std::uint32_t;
 inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
-  dvec3 p{0};          // m, W
+  dvec3 p{0};  // m, position in W
   Index face = kNone;  // one of the faces at the vertex; kNone if the vertex is unused
   Index flags = 0;     // bits kBorder and kMoved; in an unused vertex: index of the next unused vertex
   bool on_border() const { return flags & kBorder; }
@@ -51,8 +51,8 @@ class EditableMesh {
   EditableMesh() = default;
   /// Makes an editable copy of a mesh. `edge` is the longest edge, in m, of the faces in the finest level of the grid.
   /// `spare` is the number of vertices that can be added. An edge with more than two faces, or with two faces of
-  /// inconsistent orientation, becomes a border. If faces touch only in a vertex, each of them gets its own vertex.
-  /// Triangles with two equal vertices are omitted.
+  /// inconsistent orientation, becomes a border. If groups of faces touch only in a vertex, each group gets its own
+  /// vertex. Triangles with two equal vertices are omitted.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);

@@ -23,7 +23,8 @@ struct SoftParameters {
   // hand did not cause it.
   static constexpr double hand_speed = 0.6;
   static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap gradually begins to press
-  // a part of the head presses with full weight if the cosine between its normal and the surface's normal is above this
+  // A part of the head presses with full weight if the cosine of the angle between its surface and the tissue's surface
+  // is above this.
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active

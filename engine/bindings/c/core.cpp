@@ -385,7 +385,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
       volume.copy(low, glm::ivec3(2), d.data(), labels.data());
       double sum = 0;
       std::size_t nearest = 0;
-      for (std::size_t k = 0; k < 8; ++k) {  // z is the fastest index
+      for (std::size_t k = 0; k < 8; ++k) {  // the result has z as the fastest index
         const bool x = k & 4, y = k & 2, z = k & 1;
         sum += (x ? f.x : 1 - f.x) * (y ? f.y : 1 - f.y) * (z ? f.z : 1 - f.z) * static_cast<double>(d[k]);
         if (x == (f.x > 0.5) && y == (f.y > 0.5) && z == (f.z > 0.5)) nearest = k;

@@ -57,7 +57,7 @@ struct CoreObject {
   struct Shared {
     haptics::LockStep steps;
     std::unique_ptr<Channels> channels;  // null while the servo runs on the core's thread
-    bool records = false;                // set before the servo moves to another thread
+    bool records = false;  // true if the servo's data is recorded; set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed

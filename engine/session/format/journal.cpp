@@ -302,7 +302,7 @@ bool apply_journal(const std::filesystem::path& file, const std::filesystem::pat
   if (fd < 0) return false;
   bool good = true;
   for (std::size_t at = 0; good && at < changes->size();) {
-    std::array<std::uint64_t, 2> head{};  // offset, length
+    std::array<std::uint64_t, 2> head{};  // offset and length of a change
     if (changes->size() - at < sizeof head) break;
     std::memcpy(head.data(), changes->data() + at, sizeof head);
     at += sizeof head;

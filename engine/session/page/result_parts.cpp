@@ -14,7 +14,7 @@ namespace typodont::session {
 
 namespace {
 
-/// Returns a number by which the pictures are sorted, in the order of the session.
+/// Returns a number by which pictures are sorted: first "before", then "during", then "after".
 int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
