@@ -109,7 +109,8 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // A tool that is outside a bed heats at least the bone around a bed whose depth equals its diameter.
+  // The heated bone is a shell around the bed. If the bed is less deep than its diameter, the shell of a bed with this
+  // depth is used.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // J/K, heat capacity of the heated bone
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;

@@ -68,7 +68,7 @@ struct ImplantBedMeasures {
   double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
   double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
   // The next measures are computed from the tissue (measure_bed()). They are negative if they are unknown.
-  double diameter = -1, ovality = -1;  // m
+  double diameter = -1, ovality = -1;  // m, diameter and ovality
   double perforated = -1;              // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };
 

@@ -96,7 +96,7 @@ enum class Best { kAtMost, kAtLeast, kNear };
 /// A rule of the score. If a value deviates from the target by `tolerance`, half of the points remain; if it deviates
 /// by twice the tolerance, a third remains.
 struct ScoreRule {
-  std::string name;  // one of known_score_names()
+  std::string name;  // name of the measure, one of known_score_names()
   double target = 0;
   double tolerance = 1;
   // Weight of this rule relative to the other rules. All rules together give 100 points. If the weight is 0, the value

@@ -132,7 +132,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      // Only for a pedal that the user requested by name is an error reported. Otherwise the next pedal is tried.
+      // An error is reported only if the user requested this pedal by name. Otherwise the next pedal is tried.
       if (!any) throw;
     }
   }

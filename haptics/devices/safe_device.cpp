@@ -21,7 +21,7 @@ constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks of th
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // if true, devices that are opened later must give no force, either
+std::atomic<bool> all_stopped{false};  // if true, devices that are opened later must not give any force
 
 }  // namespace
 

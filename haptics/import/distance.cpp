@@ -398,7 +398,7 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
 }
 
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  // nearest triangle of every sample within the band, as index; -1 outside the band
+  // for every sample: index of the nearest triangle within the band; -1 if there is none
   Grid<std::int32_t> feature(size, -1);
   Grid<float> nearest(size, std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {

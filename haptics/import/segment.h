@@ -18,8 +18,9 @@ struct Segmentation {
   // Occupancy minus its value at the surface: positive in the body (including cavities), 0 on the outer surface. Empty
   // if distances were requested.
   Sparse<float> phi;
-  Sparse<float> dense;   // positive in the denser tissue; also valid up to some voxels outside the surface
-  Sparse<float> cavity;  // positive in pulp or marrow spaces
+  // a field that is positive in the denser tissue; also valid up to some voxels outside the surface
+  Sparse<float> dense;
+  Sparse<float> cavity;  // a field that is positive in pulp or marrow spaces
   // Grey values without the dim outer edge. At the edge and outside, they are replaced by the brightest value further
   // inward.
   Sparse<float> grey;

@@ -9,7 +9,7 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-// Largest number of faces around a vertex for which edges can be collapsed.
+// If a vertex has more faces than this, its edges cannot be collapsed.
 constexpr int kMostAround = 64;
 
 struct HalfEdge {

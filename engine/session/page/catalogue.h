@@ -11,7 +11,7 @@ namespace typodont::session {
 
 struct Entry {
   std::string_view key;
-  std::array<std::string_view, kLanguageCount> text;  // English, German, Simplified Chinese; zero-terminated
+  std::array<std::string_view, kLanguageCount> text;  // text in English, German and Simplified Chinese; zero-terminated
 };
 
 /// The texts that only the operator's window uses.

@@ -16,7 +16,8 @@ namespace typodont::session {
 struct Course {
   double t0 = 0, t1 = 1;  // s, times of the first and the last tick
   std::uint64_t count = 0;
-  Series force, speed, spindle, depth, removed;  // units: N, mm/s, krpm, mm, mm³
+  // force in N, speed in mm/s, spindle speed in krpm, depth in mm, removed volume in mm³
+  Series force, speed, spindle, depth, removed;
   double most_spindle = 0;                       // krpm, highest spindle speed
   // for each bin and each tissue: number of ticks in which the head touched this tissue
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
