@@ -28,7 +28,7 @@ void add_program(Fnv1a& key);
 /// file is checked, and a damaged file is removed.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
-/// Stores the file that `write` writes, completely or not at all. While the folder holds more than `most` bytes, the
+/// Stores the file that `write` writes, completely or not at all. While the folder contains more than `most` bytes, the
 /// function then removes the least recently used file. Returns false if nothing was stored.
 bool keep(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const std::filesystem::path&)>& write);

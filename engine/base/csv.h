@@ -31,8 +31,9 @@ struct CellReader {
 };
 
 /// Reads a table file. The file must have all columns of `required`, in any order, and may have columns of `optional`.
-/// Other columns are errors. Every cell of a required column must be a finite number, except in columns that have an
-/// own reader in `readers`. A line that starts with '#' is a comment. Throws an Error that names file, line and column.
+/// Other columns are errors. Every cell of a required column must be a finite number, except in columns for which
+/// `readers` contains a reader. A line that starts with '#' is a comment. Throws an Error that names file, line and
+/// column.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {}, const std::map<std::string, CellReader>& readers = {});
 

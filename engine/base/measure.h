@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Quantile of the values; `fraction` is 0.5 for the median. There must be at least one value.
+/// Quantile of the values. `fraction` (0..1) is 0.5 for the median. There must be at least one value.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));

@@ -82,7 +82,7 @@ struct Debris::State {
   }
   // Chooses the step of the particle's next full update between steps / 2 and `steps` from now. The number is rounded
   // down to a multiple of a power of two. Then neighbours of the same age get the same due step, and step() can skip
-  // most groups. Each group has an own offset (phase), so that not all groups are due in the same step.
+  // most groups. Each group has its own offset (phase), so that not all groups are due in the same step.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;

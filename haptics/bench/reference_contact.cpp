@@ -62,7 +62,7 @@ constexpr double kTolerance = 1e-10;  // m; the ball's position has converged if
 
 struct HalfSpace {
   dvec3 n;       // unit normal; the ball's centre x must satisfy n·x >= least
-  double least;  // m
+  double least;  // m, smallest allowed value of n·x
 };
 
 /// Returns the point nearest to `goal` in the intersection of all half spaces. It uses Hildreth's method, which is

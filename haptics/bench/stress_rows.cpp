@@ -42,7 +42,7 @@ struct Felt {
   double over_limit = 0;  // N, largest excess over the force limit
   double energy = 0;      // J, largest energy that was given to the hand
   double step = 0;  // N per tick, largest step of the force in addition to stiffness times the hand's displacement
-  double last_force = 0, depth = 0;  // N, m, values of the last tick
+  double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
   int holes = 0;  // number of ticks inside the tissue without force; in work(): 1 if the hand came through the block
 
   void worse_of(const Felt& other) {
@@ -105,7 +105,7 @@ class Run {
 
 /// A simulated hand: a mass with a damper, pulled by an external force.
 struct Mass {
-  double mass = 0.15, damping = 5;  // kg, N·s/m
+  double mass = 0.15, damping = 5;  // mass in kg, damping in N·s/m
   dvec3 x{0}, v{0};
 
   void step(const dvec3& pull, const dvec3& force, double dt) {

@@ -54,8 +54,8 @@ struct BlockSet {
 /// Returns the marked blocks and all blocks that touch a marked block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. So the thread that uses a page of memory first is also the thread
-/// that first writes to it.
+/// An allocator that does not initialise elements. So the thread that will use a page of memory is also the first
+/// thread that writes to it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>

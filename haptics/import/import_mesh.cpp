@@ -516,7 +516,9 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;  // m
+  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, depth of the
+  // gingiva
+  constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;
   report.format = file.extension().string().substr(1);

@@ -30,8 +30,9 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 
 // Computes for every bright sample the probability that it belongs to a tooth. It is the probability that a random walk
 // from the sample comes to a tooth's crown before it comes to bone (random walker, Grady 2006, "Random walks for image
-// segmentation"). Steps through dim samples are improbable. Such samples are part of the periodontal ligament where the
-// ligament is bright enough to count as bright. The linear equations are solved by conjugate gradients.
+// segmentation"). Steps through dim samples are improbable, because the periodontal ligament between tooth and bone can
+// be bright enough to count as bright, but is dimmer than tooth and bone. The linear equations are solved by conjugate
+// gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
@@ -489,7 +490,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Mean number of voxel faces per unit of area (in voxel faces) of a surface at a random angle to the axes.
+  // Area of the voxel faces that approximate a surface like steps, divided by the true area of the surface; mean value
+  // for a surface at a random angle to the axes.
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;

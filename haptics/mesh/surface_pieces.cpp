@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kNoPiece = 0xffffffff;
 constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; further faces are ignored
 
-/// Normal of a face whose length is twice the face's area.
+/// Normal vector of a face. Its length is twice the face's area.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
