@@ -28,7 +28,7 @@ enum class FileKind {
   kStl,
   kObj,
   kDocument,  // a PDF document
-  kLabels  // a volume with a tissue number for each voxel
+  kLabels     // a volume with a tissue number for each voxel
 };
 
 /// Name of a kind of file in messages, for example "a session (.h5)".

@@ -14,7 +14,7 @@ namespace typodont {
 /// message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,    // the hand's pose is not finite or has no unit quaternion: the force is zero
+  kBadInput = 1u << 0,    // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
   kStalePatch = 1u << 1,  // a new patch is more than 20 ms late: the force is computed with the old patch
   // The tool left the patch. A tool in contact feels the last contact plane, and a tool without contact gets zero
   // force.
@@ -42,9 +42,9 @@ constexpr std::uint32_t bits(Fault fault) {
 /// the same bits. The versions:
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 ///   tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
-///   are overlapping rings of spheres whose overlaps count once, the projection starts from the pushes of the last
-///   tick, a retreating tool is led back faster in scenes with large forces, and the hole that a detached sphere leaves
-///   is no larger than its remainder.
+///   are rings of overlapping spheres, and each overlap counts only once. There, the search for the tool's position
+///   starts from the pushes of the last tick, a tool that retreats is led back faster in scenes with large forces, and
+///   the hole that a detached sphere leaves is not larger than the rest of the sphere.
 /// - 6: The cutting law over an implant drill's end is computed in floats.
 /// - 5: A fast rotation of a long head is cut in fewer straight parts, without the blocks from which the head recedes.
 ///   An instrument that fills keeps its speed limit during its search, too.
@@ -100,7 +100,8 @@ struct Cut {
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
 };
 
-/// A piece of tissue that a cut separated from the tissue. The carver removed the piece. Carver → debris, recorder.
+/// A piece of tissue that a cut separated from the rest. The carver removed the piece from the tissue. Carver → debris,
+/// recorder.
 struct LoosePiece {
   std::uint64_t cut = 0;    // number of the cut that separated the piece
   Nanos t = 0;              // ns, time of that cut

@@ -14,14 +14,14 @@ namespace typodont {
 /// A circular cross-section of a part. Its centre lies in the plane y = 0.
 struct HandpieceRing {
   double x = 0, z = 0;  // m, middle of the circle
-  double radius = 0;  // m, radius of the circle
+  double radius = 0;    // m, radius of the circle
 };
 
 /// A part of a handpiece: a tube along a path in the plane y = 0. Both ends are closed.
 struct HandpiecePart {
   std::vector<HandpieceRing> rings;  // at least two rings; the first ring is the one nearest to the tool
   bool smooth = false;               // true: a smooth curve through the rings; false: straight lines between them
-  dvec3 color{0.75, 0.76, 0.78};  // sRGB colour; for metal, the colour of its reflection
+  dvec3 color{0.75, 0.76, 0.78};     // sRGB colour; for metal, the colour of its reflection
   double roughness = 0.3;            // roughness of the surface, 0 (mirror) to 1 (dull)
   bool brushed = false;              // true: fine grooves around the part, as on turned metal
   bool metal = true;                 // false: plastic or rubber

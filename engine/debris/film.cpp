@@ -233,7 +233,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // A new cell may use this slot before take_changed() is called.
+          is_changed[i] = 0;  // a new cell in this slot must be able to mark itself as changed
           free_slots.push_back(at);
           at = -1;
         }

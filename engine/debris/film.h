@@ -83,8 +83,8 @@ class Film {
   /// point. Returns the removed load.
   Load fling(const glm::dvec3& p_W, double reach, double share);
 
-  /// Advances the film by dt seconds. Between two cells flows a viscous film: the flow is ρ g h³/(3 μ) times the slope
-  /// of the free surface. Solids move with the water. Suction removes the film at the rate
+  /// Advances the film by dt seconds. Water flows between two cells as a viscous film: the flow is ρ g h³/(3 μ) times
+  /// the slope of the free surface. Solids move with the water. Suction removes the film at the rate
   /// suction_rate·(v/suction_speed)², where v is the speed of the air at the cell.
   void step(double dt, const Suction* suction = nullptr);
 

@@ -313,7 +313,7 @@ class Crowns {
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
   std::vector<dvec3> points_;           // m, in C
-  std::optional<TriangleTree> skin_;  // triangles of the scan without its base
+  std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
   // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.

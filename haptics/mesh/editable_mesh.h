@@ -20,7 +20,7 @@ using Index = std::uint32_t;
 inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
-  dvec3 p{0};  // m, position in W
+  dvec3 p{0};          // m, position in W
   Index face = kNone;  // one of the faces at the vertex; kNone if the vertex is unused
   Index flags = 0;     // bits kBorder and kMoved; in an unused vertex: index of the next unused vertex
   bool on_border() const { return flags & kBorder; }

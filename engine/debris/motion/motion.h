@@ -9,7 +9,7 @@ namespace typodont::debris {
 
 /// The arrays of all particles, of equal length, in frame W and SI units.
 struct Motion {
-  float *x, *y, *z;  // m, positions
+  float *x, *y, *z;     // m, positions
   float *vx, *vy, *vz;  // m/s, velocities
   // Factor 1/(1 + rate·dt) by which drag multiplies the velocity relative to the air in one step; 0 for a particle at
   // rest.

@@ -18,7 +18,7 @@ struct Course {
   std::uint64_t count = 0;
   // force in N, speed in mm/s, spindle speed in krpm, depth in mm, removed volume in mm³
   Series force, speed, spindle, depth, removed;
-  double most_spindle = 0;                       // krpm, highest spindle speed
+  double most_spindle = 0;  // krpm, highest spindle speed
   // for each bin and each tissue: number of ticks in which the head touched this tissue
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
