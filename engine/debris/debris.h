@@ -5,6 +5,7 @@
 //   for (const Cut& cut : cuts) debris.emit(cut, head_radius, materials);
 //   debris.step(1.0 / 60, field);
 //   debris.write_points(points);
+//
 // For one thread. Only the constructor allocates memory, and step() returns at once if there are no particles. The same
 // cuts, steps and seed give the same bits.
 #pragma once

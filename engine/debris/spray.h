@@ -2,6 +2,7 @@
 //
 //   Spray spray({.seed = 7});
 //   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if the water is off
+//
 // A droplet flies for a few milliseconds, whereas a chip flies for seconds. Therefore droplets are stored separately
 // from chips, and most of them reach the surface within one step. For one thread. Without water and slurry, step()
 // returns at once. The same calls and the same seed give the same bits.

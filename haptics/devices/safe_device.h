@@ -4,6 +4,7 @@
 //                        ▲                                                    ▲
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
+//
 // After a fault ("trip"), zero force is sent at once. The force returns only after the hand was free of contact for a
 // while (the servo then requests no force), and it rises slowly. The drill stays off until the force returns and the
 // pedal has been released once.

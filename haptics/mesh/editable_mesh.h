@@ -1,8 +1,10 @@
 // A triangle mesh that can be changed in place. Edges can be split, flipped and collapsed, and vertices can be moved.
 // The mesh knows the neighbours of each face, finds faces near a position with a grid, and records changes.
+//
 // Every face stores its three vertices and its three neighbouring faces; every vertex stores one of its faces. A mesh
 // may have a border. Split, flip and collapse never remove vertices or edges of the border, and only the caller moves
 // them. So an open mesh keeps its border.
+//
 // Equal meshes and equal calls give equal bits. No function allocates memory after construction, unless its comment
 // says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in frame W.
 #pragma once

@@ -22,6 +22,7 @@ struct PieceParameters {
 };
 
 /// The pieces of a mesh. Carver thread. The mesh and the volume must exist longer than this object.
+///
 /// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. It includes the faces
 /// that can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its
 /// angle at the vertex, divided by the lengths of its two edges there (Max 1999, doi 10.1080/10867651.1999.10487501:
