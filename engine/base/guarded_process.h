@@ -19,8 +19,7 @@ struct ProcessLimits {
 void limit_process(const ProcessLimits& limits);
 
 /// Takes rights from the calling process: it can no longer start programs or use the network, and can open files only
-/// for reading. If the kernel has no system call filter (seccomp), this function has no effect and only limit_process()
-/// protects.
+/// for reading. If the kernel has no system call filters (seccomp), only limit_process() protects.
 void give_up_privileges();
 
 /// Finds a helper program and returns its path. The search order is: the path in the environment variable `variable`,
