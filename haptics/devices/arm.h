@@ -31,7 +31,7 @@ struct Arm {
   double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m; values for this arm
   double continuous_force = 0;  // N, force that the motors can give permanently without overheating
   double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
-  double silence = 0;           // s, time without a write after which the watchdog acts; 0 means the default of 1.8 ms
+  double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
   double joint_speed = 30;      // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
   // Values for the gravity compensation of the bodies B and C: masses, and distances of the centres of mass from the
   // joint.

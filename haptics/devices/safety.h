@@ -13,8 +13,8 @@ struct SafetyLimits {
   double torque = 0;         // N·m, peak torque
   double continuous = 0;     // N, force that the motors can give permanently; 0 if it equals the peak force
   double thermal_time = 30;  // s, thermal time constant of the motor windings
-  // Slew limit in N/s, with which the full force is possible after a few ms. For comparison: if a hand with 1 m/s meets
-  // a surface of 2 N/mm, the force rises by 2000 N/s.
+  // Slew limit in N/s, with which the full force is possible after a few ms. For comparison: if a hand that moves at 1
+  // m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
   // m/s, speed limit of the hand; a higher speed means that an encoder is broken or the arm is out of control

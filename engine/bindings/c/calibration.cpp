@@ -1,4 +1,4 @@
-// The functions of the C interface that calibrate.
+// The calibration functions of the C interface.
 #include <algorithm>
 #include <span>
 #include <vector>
