@@ -33,10 +33,10 @@ constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-// Threshold: range of the spindle's speed divided by its mean. Above this threshold, the changes of the speed are
-// removed from the sound before the fit; below it, they stay in the sound.
+// Limit of the range of the spindle's speed (highest − lowest), divided by its mean. Above this limit, the changes of
+// the speed are removed from the sound before the fit; below it, they stay in the sound.
 constexpr double kConstantSpeed = 0.002;
-constexpr double kMostHeldOut = 0.9;  // limit of the held-out fraction of the part
+constexpr double kMostHeldOut = 0.9;  // upper limit of FitOptions::hold_out, the fraction that is not used for the fit
 // s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
@@ -188,10 +188,11 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Standard deviation of white noise that fills an empty band above the audible one; 0 if no band is empty. A band is
-/// empty if its level is 40 dB below the weakest audible part (because of another sample rate or a coder's low-pass).
-/// The noise is 10 dB below the weakest audible part. An all-pole model cannot represent an empty band, and poles in
-/// an empty band would be missing in the audible band.
+/// Some recordings have no power above a certain frequency, because of another sample rate or a coder's low-pass. This
+/// function returns the standard deviation of white noise that fills such an empty band above the audible band, or 0 if
+/// there is none. A band counts as empty if its level is 40 dB below the weakest audible part. The noise is 10 dB below
+/// the weakest audible part. Without this noise, an all-pole model would use some of its poles for the empty band, and
+/// these poles would be missing in the audible band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -214,7 +215,7 @@ Window window_named(const std::string& name) {
   throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
 }
 
-/// The order as a number, or 0 if a criterion chooses the order.
+/// Returns the order that the user gave as a number, or 0 if a criterion chooses the order.
 std::size_t order_asked(const FitOptions& options) {
   if (options.order == "aic" || options.order == "bic") return 0;
   int order = 0;
@@ -226,7 +227,8 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the held-out samples with the model's expected spectrum `model` on the frequencies of report's distances.
+/// Compares the held-out samples with the model's expected spectrum `model`, at the same frequencies as the distances
+/// in `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -396,7 +398,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      fill();  // the interpolation leaves a band below half the rate empty, which is filled here
+      fill();  // the interpolation leaves a band below half the rate empty; this call fills the band with noise
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
                       "{:.0f} Hz",

@@ -42,7 +42,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  double best = 0, best_score = 12;  // dB, best score so far; the initial value is the least accepted score
+  double best = 0, best_score = 12;  // dB, best score so far; initially the least score that is accepted
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
@@ -61,7 +61,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
           missing += 5;
         }
       }
-      if (present >= 2 && score > best_score) {  // a single line is no harmonic series
+      if (present >= 2 && score > best_score) {  // a single line is not enough for a harmonic series
         best_score = score;
         best = f;
       }

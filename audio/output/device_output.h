@@ -24,12 +24,14 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// A tick at time t is heard in the sample that leaves the program one buffer and this margin later. The margin
-  /// allows for a late callback and for the time that a tick needs to pass through the ring.
+  /// A tick at time t is heard in the sample that leaves the program later by one buffer and this margin (ns). The
+  /// margin allows for a late callback and for the time that a tick needs to pass through the ring.
   static constexpr Nanos kMargin = 1'000'000;
-  static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
+  /// ns, limit: if no callback comes for this time, the device counts as lost
+  static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  static constexpr Nanos kPatience = 2'000'000'000;  // ns, waiting time for a library that does not release the device
+  /// ns, longest time to wait for a library that does not release the device
+  static constexpr Nanos kPatience = 2'000'000'000;
 
  private:
   static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
@@ -37,7 +39,8 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  std::shared_ptr<StreamBackend> backend_;     // shared with the thread that closes the stream, which may take long
+  /// shared with the thread that closes the stream, because closing may take long
+  std::shared_ptr<StreamBackend> backend_;
   std::shared_ptr<std::atomic<bool>> closed_;  // false while the other thread is closing the stream
   std::string device_;
   AudioOptions options_;
