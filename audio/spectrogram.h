@@ -11,7 +11,8 @@ struct Spectrogram {
   double f_step = 0;       // Hz, distance between neighbouring bins; bin 0 is at 0 Hz
   std::size_t frames = 0;  // number of frames, spread evenly over the whole sound
   std::size_t bins = 0;
-  std::vector<float> dB;  // power density re full scale² per Hz, frame by frame
+  /// dB re full scale² per Hz, power density: all bins of the first frame, then all bins of the second frame, …
+  std::vector<float> dB;
 
   float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
 };

@@ -1,6 +1,6 @@
-// Calibrates the haptic arm's geometry. The captures show the stylus tip resting in fixed sockets and touching a
-// plate of known points. Parameters that the captures do not determine keep their values and are listed. SI; any
-// thread; set-up time.
+// Calibrates the haptic arm's geometry. In each capture, the stylus tip rests in a fixed socket or touches a known
+// point of a plate. Parameters that the captures do not determine keep their values and are listed. SI; any thread;
+// set-up time.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-// returns X_HS, the pose of the wrist's centre
+// Returns X_HS, the pose of the wrist's centre.
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip, position of the stylus tip
 /// Derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, rad or unit
@@ -64,17 +64,19 @@ struct ArmResult {
   std::vector<ArmParameter> parameters;
   // Parameters, or combinations of parameters, that the captures do not determine; in words
   std::vector<std::string> not_observable;
-  // m, rms over all captures: distance between the computed tip position and the fixed one
+  // m, root mean square over all captures of the distance between the computed tip position and the position where the
+  // tip rested
   double before_rms = 0, after_rms = 0;
-  double sigma = 0;  // m, standard deviation per axis
+  double sigma = 0;  // m per axis, standard deviation of a capture
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;  // m, one per capture
-  // reason why no arm of this type explains the captures; empty: it does. If not empty, do not use the result
+  // reason why an arm of this type cannot explain the captures (then do not use the result); empty: it can explain them
   std::string misfit;
 };
 
-/// Throws Error if there is no capture, or if a group contains both sockets and plate points.
+/// Calibrates an arm whose geometry is nearly `nominal`. Throws Error if there is no capture, or if a group contains
+/// both sockets and plate points.
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal);
 
 }  // namespace typodont::calibration

@@ -1,7 +1,8 @@
-// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. Keys carry
-// the unit; inside, values are in metres and seconds. Throws Error naming file, line, column, found, expected. Units:
-// each group of length columns ends in _mm or in _m. A group in _mm is refused if all its coordinates are below 3 mm,
-// because these are probably metres. A group with a coordinate beyond 10 m is also refused.
+// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. The name of a
+// key contains its unit; in the program, values are in metres and seconds. Throws Error with the file, the line, the
+// column, the value that was found, and the value that was expected. Units: each group of length columns ends in _mm or
+// in _m. A group in _mm is refused if all its coordinates are below 3 mm, because these are probably metres. A group
+// with a coordinate beyond 10 m is also refused.
 #pragma once
 
 #include <filesystem>

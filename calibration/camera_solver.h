@@ -43,7 +43,8 @@ struct CameraResult {
   std::vector<Pose> X_WK;
   Panel panel;
   double width = 0, height = 0, width_sigma = 0, height_sigma = 0;  // m
-  dvec3 centre_sigma{0, 0, 0};                                      // m
+  /// m per axis, standard deviation of the panel's centre
+  dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
   // rad, uncertainty of the mirror's tilt; m, uncertainty of its offset at the mirror point below the panel

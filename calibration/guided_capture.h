@@ -30,7 +30,7 @@ struct Prompt {
   std::optional<Dots> astray;  // ring around the last touch, one per eye, if this touch does not fit the other touches
 };
 
-/// Result of a touch.
+/// Evaluation of a touch, available at once.
 struct Live {
   std::size_t index = 0;              // index of the touch in its step
   double residual = 0;                // m, residual of this touch; 0 while the step has too few touches

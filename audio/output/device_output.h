@@ -50,9 +50,9 @@ class DeviceOutput final : public AudioOutput {
   Nanos last_look_samples_at_ = 0, next_try_ = 0;
   std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
 
-  // Audio thread only, while a stream runs.
+  // Used only by the audio thread while a stream runs.
   ClockFilter clock_{48000};
-  Nanos offset_ = 0;  // tick time − host time
+  Nanos offset_ = 0;  // ns, tick time minus host time
   std::array<float, 4096> block_{};
 
   std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};

@@ -30,12 +30,12 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip that slides over asperities at a distance of 20 µm: band-pass noise around the rate at which the tip meets
-/// them. Softer tissue damps high frequencies more.
+/// The sound of a tip that slides over asperities with a distance of 20 µm: band-pass noise around the rate at which
+/// the tip meets the asperities. Softer tissue damps high frequencies more.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
-  /// `slip`: m/s. `level`: the wanted amplitude.
+  /// Returns the next sample. `slip`: m/s, speed of sliding. `level`: wanted amplitude.
   float next(float slip, float level, Tissue tissue) noexcept;
 
  private:

@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // keeps these marks, because later sessions are compared with them
+      break;  // solves nothing: the marks are only stored, because later sessions are compared with them
   }
 }
 

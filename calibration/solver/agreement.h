@@ -16,8 +16,8 @@ using Indices = std::vector<std::size_t>;
 /// The least-squares motion for some of the pairs.
 struct Fit {
   Pose X_DH;
-  Indices pairs;   // ascending
-  double sse = 0;  // m²
+  Indices pairs;   // indices of the pairs, ascending
+  double sse = 0;  // m², sum of the squared residuals
 };
 Fit fit_to(Points p_H, Points p_D, Indices pairs);
 

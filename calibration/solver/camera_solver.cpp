@@ -384,8 +384,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // The panel and its reflection are both planes in front of the camera; the mirror lies half-way between
-    // corresponding corners of these planes.
+    // The panel and its reflection are both planes in front of the camera. The mirror lies half-way between a corner
+    // and the reflection of this corner.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -436,8 +436,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The initial guess is accurate enough for full steps; with a smaller trust region, twice as many iterations were
-  // needed.
+  // The first steps are not limited, because the initial guess is accurate enough. With a smaller trust region, twice
+  // as many iterations were needed.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
@@ -445,9 +445,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.function_tolerance = 1e-8;  // relative tolerance of chi-squared: a hundredth of the smallest sigma
   ceres::Solve(solver, &problem, &summary);
 
-  // The requested unknowns, whose uncertainty is computed, come last in the normal equations, so that only the last
-  // block of the Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the
-  // solution.)
+  // The unknowns whose uncertainty is requested come last in the normal equations. So only the last block of the
+  // Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the solution.)
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());

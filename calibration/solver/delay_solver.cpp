@@ -1,6 +1,7 @@
-// The sparser stream is interpolated at the times of the denser one. Least squares would bias the delay towards half
-// samples, where interpolated noise is smallest. To avoid this bias, an instrumental variable without that noise is
-// used: the slope of the denser stream without its central sample. The estimate reaches the bound σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards half
+// samples, where the noise of the interpolated stream is smallest. To avoid this bias, the solver uses an instrumental
+// variable that does not contain this noise: the slope of the denser stream without its central sample. The standard
+// deviation of the estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -88,7 +89,7 @@ struct Interpolated {
   double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
 };
 
-// Interpolates by the Lagrange polynomial through the six samples around u; returns nothing across a gap.
+// Interpolates by the Lagrange polynomial through the six samples around u. Returns no value across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -165,7 +166,7 @@ double noise_of(const Track& track) {
 }
 
 struct Shift {
-  double u = 0;     // s, shift; query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s, shift of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s, difference of the clocks' rates
 };
 
@@ -211,7 +212,7 @@ class Matcher {
     Shift shift;
     Pose X;  // pose of the sparse stream's frame in the query stream's frame
     double variance_u = 0, covariance = 0, variance_rate = 0;
-    double residual2 = 0;  // m², mean per axis
+    double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
     int samples = 0, rejected = 0;
     bool determined = false;
@@ -256,7 +257,8 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // The model X s(t - u - rate dt) changes by -v du, -v dt drate, +1 dp, θ × (at - centre).
+          // Derivatives of the model X s(t - u - rate dt): -v for the shift u, -v dt for the rate, 1 for the
+          // translation p, and θ × (at - centre) for a rotation θ.
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -304,7 +306,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Excludes glitches beyond 7σ; σ comes from the median.
+        // Excludes glitches with residuals above 7σ, where σ is estimated from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;

@@ -42,7 +42,7 @@ Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// closest_point(), and its derivatives with respect to left eye, left dot, right eye, right dot.
+/// Computes closest_point(), and its derivatives with respect to left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;
@@ -168,7 +168,7 @@ class Model {
     return list;
   }
 
-  /// Residual of a block, and its derivatives with respect to the block's unknowns, in their order.
+  /// Computes the residual of a block and its derivatives, in the order of unknowns(block).
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -378,7 +378,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Decreases gradually, so that a touch that has not yet converged does not count as an outlier.
+      // The noise may only decrease gradually, so that a touch that has not yet converged does not count as an outlier.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

@@ -49,7 +49,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 
 struct Scatter {
   Vector3d values;  // ascending: sums of squares along each principal axis
-  Matrix3d axes;    // columns, in H
+  Matrix3d axes;    // principal axes in H, one per column
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -60,8 +60,8 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Eigenvalues far below the largest one are lost in rounding, so they are computed again from the extent across the
-  // main axis.
+  // Eigenvalues far below the largest eigenvalue are inaccurate due to rounding. So they are computed again from the
+  // extent perpendicular to the main axis.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -71,7 +71,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Second moment, m², of a uniformly filled box about the centroid.
+/// Second moment (m²) of a uniformly filled box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -115,7 +115,7 @@ class Registration {
     return rest;
   }
 
-  // Limit of the residual of a good pair.
+  // Returns the limit (m) of the residual of a good pair.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -132,7 +132,8 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds all pairs within `limit` (m) of the motion of `fit`, and fits again, until nothing changes.
+  // Adds all pairs whose residual under the motion of `fit` is below `limit` (m), and fits again, until nothing
+  // changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -145,15 +146,15 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival if many pairs would follow it (pairs that
-  // follow both motions count, too), or if it is so near that some pairs may be assigned wrongly. Otherwise its pairs
-  // are outliers.
+  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: many pairs could follow it (a
+  // pair that could follow both motions counts, too), or it is so near that some pairs may be assigned wrongly.
+  // Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Good pairs that happen to be nearer to the second motion still belong to the first motion, unless wrong pairs
-    // would be included with them; this would increase the noise.
+    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion, unless this
+    // increases the noise, because then wrong pairs would be added, too.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
