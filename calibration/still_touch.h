@@ -21,15 +21,15 @@ class StillTouch {
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample. `asked`: a key was pressed. Any result but kNone is the answer to the pedal or the key. Each
-  /// press of the pedal gets one answer; a pedal that is already pressed at the first sample must be released first.
-  /// `joints` (rad, all six or none) are averaged in the same way. Never allocates.
+  /// Adds one sample. `asked`: true if a key was pressed. The result is not kNone if it is the answer to a press of the
+  /// pedal or the key. Each press of the pedal gets one answer; a pedal that is already pressed at the first sample
+  /// must be released first. `joints` (rad, all six or none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   const dvec3& point() const noexcept { return mean_; }  // mean position at the last kTaken or kMoved
   /// True if every sample of the last kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
-  const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad
+  const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad, mean joint angles
   double moved() const noexcept { return moved_; }  // m, largest distance of a sample from point()
 
  private:

@@ -175,8 +175,8 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs can also look like a second motion. If these wrong pairs are excluded, all other pairs have
-      // the same motion.
+      // A few wrong pairs can also look like a second motion. In this case, all other pairs follow one motion after the
+      // wrong pairs are excluded.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -189,16 +189,17 @@ class Registration {
     }
   }
 
-  // Finds other motions with which pairs agree.
+  // Finds other motions with which several pairs agree.
   void find_rivals() {
     Indices rest = outliers();
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // if the noise is known, four agreeing pairs are significant
+      // limit of the probability that the agreement is due to chance; if the noise is known, the limit is higher, so
+      // that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // A loose agreement is the effect of wrong touches near their true positions, not of a second motion.
+      // If the pairs agree only loosely, they are wrong touches near their true positions, not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -210,8 +211,8 @@ class Registration {
     }
   }
 
-  // Three agreeing outliers are not significant against chance alone. But if they agree within the noise of the other
-  // pairs, and three in ten pairs would follow their motion, the result is reported as doubtful.
+  // Three outliers can agree by chance. But if they agree within the noise of the other pairs, and three in ten pairs
+  // would follow their motion, the result is reported as doubtful.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -246,8 +247,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom, the residuals can be small by chance. So the largest noise that they do not
-    // exclude (95 %) is used.
+    // With few degrees of freedom, the residuals can be small by chance. So the computation uses the largest noise with
+    // which the residuals are compatible at a confidence of 95 %.
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -293,7 +294,7 @@ class Registration {
     }
   }
 
-  // Tests whether the data contradict every rigid motion: a mirror image, or other units.
+  // Tests whether no rigid motion can explain the data, because D is a mirror image or has another unit of length.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -368,14 +369,14 @@ class Registration {
   Points p_H_, p_D_;
   const RegistrationOptions& options_;
   std::size_t n_;
-  double rounding_;  // m
+  double rounding_;  // m, rounding error of the coordinates
   Indices everyone_;
   RegistrationResult result_;
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;                              // m, rms along the principal axes, ascending
-  double noise_ = 0;                             // m per axis, largest noise that the residuals do not exclude
+  Vector3d spread_;                              // m, rms extent of the points along the principal axes, ascending
+  double noise_ = 0;                             // m per axis, largest noise with which the residuals are compatible
   bool coincident_ = false, collinear_ = false;  // the points coincide, or lie on a line, within rounding errors
   int undetermined_ = 0;                         // number of undetermined rotations
 };
@@ -430,8 +431,8 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared TRE for σ = 1. A small ridge makes the first touches comparable, although they determine no
-    // rotation.
+    // Mean squared target error for σ = 1. The first touches do not determine a rotation. A small ridge term makes them
+    // comparable nevertheless.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

@@ -49,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// Upper tail 1 - I_x(a, b); accurate even if it is tiny.
+// Upper tail 1 - I_x(a, b) of the beta distribution; accurate even if the result is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;
@@ -59,8 +59,8 @@ double beta_upper(double a, double b, double x) {
   return front * beta_fraction(b, a, 1 - x) / b;
 }
 
-// Zero of an increasing function: bisection of the logarithm to within a factor of two (quantiles span many orders of
-// magnitude), then the Illinois variant of false position.
+// Finds the zero of an increasing function. Bisection of the logarithm finds it to within a factor of two (quantiles
+// span many orders of magnitude), then the Illinois variant of false position refines it.
 template <class F>
 double solve_increasing(F f) {
   double low = 1e-12, high = 1e12;

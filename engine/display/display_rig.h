@@ -37,15 +37,15 @@ struct Screen {
 /// They displace the image of the hand behind the glass towards the eyes, and the picture is displaced equally
 /// (glass_shift).
 struct Mirror {
-  dvec3 normal{0, 1, 0};       // unit
-  double offset = 0;           // m
+  dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in W
+  double offset = 0;           // m, distance of the plane from the origin of W along the normal
   double glass_thickness = 0;  // m, thickness of the glass plate in front of the hand
   double glass_index = 1.52;
 };
 
 struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, W, midpoint between the eyes
-  double ipd = 0.063;           // m
+  double ipd = 0.063;           // m, interpupillary distance
   dvec3 right{1, 0, 0};         // unit vector from the left eye to the right eye
   std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
 };
@@ -57,7 +57,8 @@ struct HmdRig {
   // pose of D, measured for example relative to a haptic arm; no value: the work is placed in front of the user
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  double distance = 0.35, below = 0.22;  // m, position of the work relative to the eyes, without X_WD
+  /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
+  double distance = 0.35, below = 0.22;
   bool passthrough = false;              // true: shows the room behind the work, if the headset can
   bool depth = true;                     // true: passes depth to the runtime, if the runtime accepts depth
   double refresh_hz = 0;                 // Hz, refresh rate of the headset; 0: the runtime chooses
@@ -78,24 +79,25 @@ struct DisplayRig {
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default
   HmdRig hmd;              // settings for a headset
-  double magnify = 1;      // magnification of the picture: magnified()
+  double magnify = 1;      // magnification of the picture, see magnified()
   std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
   double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to those on the bench
 };
 
-/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point is `rig.magnify_about`, or
-/// `about` (m, W) if the rig has none. Screen, mirror and eyes move towards this point, so that all their distances
-/// from it shrink by that factor; this gives the magnified picture. The haptic base does not move, so that the visual
-/// and the haptic position agree only at the fixed point.
+/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point of the magnification is
+/// `rig.magnify_about`, or `about` (m, W) if the rig has none. All distances of screen, mirror and eyes from the fixed
+/// point are divided by the magnification; this gives the magnified picture. The haptic base does not move, so the
+/// visual and the haptic position agree only at the fixed point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
-/// Reads a rig file (docs/interface.md). Throws Error naming file, key, found and expected.
+/// Reads a rig file (docs/interface.md). Throws Error with the file, the key, the value that was found, and the value
+/// that was expected.
 DisplayRig load_rig(const std::filesystem::path& file);
 DisplayRig parse_rig(const Json& json);
 
 struct ClipRange {
-  double near = 0.1;  // m, distance from the eye along the picture's normal
-  double far = 2.0;   // m
+  double near = 0.1;  // m, distance of the near plane from the eye along the picture's normal
+  double far = 2.0;   // m, distance of the far plane from the eye along the picture's normal
 };
 
 /// Cross-section of the frustum with the near plane, m, in E.
@@ -106,8 +108,8 @@ struct Frustum {
 /// View and projection of one eye.
 struct EyeView {
   dvec3 position{0, 0, 0};  // m, W
-  dmat4 view{1.0};          // W → E, m; determinant −1 if flip
-  dmat4 projection{1.0};    // E → Vulkan clip space
+  dmat4 view{1.0};          // maps W to E, m; the determinant is −1 if `flip` is true
+  dmat4 projection{1.0};    // maps E to Vulkan's clip space
   Frustum frustum;
   bool flip = false;  // true if the picture is seen in a mirror; the winding of front faces is then reversed
 };
@@ -138,7 +140,7 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 
 /// Positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
-/// True if both of the head's eyes are at least 5 cm in front of the picture.
+/// Returns true if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
 /// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is closer or more distant.
 ClipRange clip_range(const DisplayRig& rig);
@@ -150,12 +152,12 @@ std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 /// axis.
 dmat2 upright(const DisplayRig& rig);
 
-/// The matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
+/// Returns the matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Size of one eye's picture in pixels, for a screen of the given size; and size of the composed screen, for an eye's
-/// picture of the given size.
+/// The first function returns the size (pixels) of one eye's picture for a screen of the given size. The second
+/// function returns the size of the composed screen for an eye's picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
 /// Inverse of screen_pixels(): size of one eye's picture in pixels, in a composed screen of the given size.

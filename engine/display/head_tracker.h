@@ -20,7 +20,7 @@ struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// No value if the text is not a valid address.
+/// Returns no value if the text is not a valid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
 /// Motion of the head relative to its rest pose, as OpenTrack sends it, in SI units. Axes: x to the user's right, y up,
@@ -43,8 +43,8 @@ class MotionFilter {
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
   /// Ignores a sample that is not newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
-  /// Extrapolates at most kHorizon beyond the newest sample; after this time the value stays constant. Zero before
-  /// the first sample.
+  /// Returns the value at time t. It is extrapolated at most kHorizon beyond the newest sample, and constant after this
+  /// time. Before the first sample it is zero.
   dvec3 at(Nanos t) const noexcept;
 
   // ns, limit of the extrapolation; after a longer time a constant value is better
@@ -78,7 +78,7 @@ class HeadTracker {
 
   /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// The head at time t, normally the time of display. Before the first sample, this is the rest pose.
+  /// Returns the head at time t, normally the time of display. Before the first sample, this is the rest pose.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 

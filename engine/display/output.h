@@ -26,15 +26,16 @@ struct HostPixels {
 
 /// The destination of a composed frame.
 struct Target {
-  HostPixels memory;  // if set, there is no Vulkan image; the CPU composes into this memory after the eyes are drawn
+  /// if set, there is no Vulkan image: the CPU composes into this memory after the eyes' pictures are drawn
+  HostPixels memory;
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one view; two if the surface itself is stereo
+  std::vector<VkImageView> layers;  // one view; two views if the surface itself is stereo
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // the drawing must wait for this semaphore
   VkSemaphore done = VK_NULL_HANDLE;   // the drawing must signal this semaphore when it has finished
-  bool kept = false;                   // the image still contains the frame that was last composed into it
+  bool kept = false;                   // true if the image still contains the frame that was last composed into it
 };
 
 /// A rectangle of a picture, in pixels.
@@ -64,7 +65,7 @@ class Compositor {
                                           const Huds& huds = {});
   /// True if the text differs from the text of the last record() with the same layout.
   bool text_changed(const Huds& huds, Layout layout) const;
-  /// Fills a target in memory after the device has finished the slot's commands.
+  /// Returns true if the text differs from the text of the last record() with the same layout.
   void compose(int slot);
 
  private:
@@ -98,31 +99,32 @@ struct UserInput {
 class Output {
  public:
   virtual ~Output() = default;
-  /// The next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure if
-  /// the surface is permanently lost.
+  /// Returns the next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure
+  /// if the surface is permanently lost.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows the last target: all of it, or only the given parts. Call after submitting. If the target is memory,
-  /// `finish` is called when the picture is due; it waits for the device and composes the picture.
+  /// Shows the last target: all of it, or only the given parts. Call it after the commands were submitted. If the
+  /// target is memory, `finish` is called when the picture is due. `finish` waits for the device and composes the
+  /// picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// False if the picture is not visible to anybody, for example in a minimised window.
+  /// Returns false if the picture is not visible to anybody, for example in a minimised window.
   virtual bool visible() const { return true; }
-  /// True if the screen lost its content (resized, uncovered): the frame must be composed again even if nothing
-  /// moved.
+  /// Returns true if the screen lost its content (because it was resized or uncovered). Then the frame must be composed
+  /// again even if nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
-  /// Lets the surface fail as if the desktop had removed it. For tests.
+  /// Lets the surface fail as if the desktop had removed it. Only for tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// Waits until an event from the user or the desktop arrives, but at most for `most`.
+  /// Waits until an event from the user or the desktop arrives, but at most for the time `most` (ns).
   virtual void wait(Nanos most);
   /// Number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
   /// Scale factor for text; 1 on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
-  /// Gives the keyboard focus to this window.
+  /// Makes this window receive the keyboard input.
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}

@@ -19,14 +19,14 @@ struct Limit {
   std::string name;
 };
 
-/// The half space bounded by the plane through three points. It contains the point `inside`.
+/// Returns the half space that is bounded by the plane through three points and contains the point `inside`.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
   return {n, glm::dot(n, a), std::move(name)};
 }
 
-/// Intersection of the line through p and q with the plane normal · p = offset.
+/// Returns the intersection of the line through p and q with the plane normal · p = offset.
 dvec3 meet(const dvec3& p, const dvec3& q, const dvec3& normal, double offset) {
   const dvec3 d = q - p;
   return p + ((offset - glm::dot(normal, p)) / glm::dot(normal, d)) * d;
@@ -63,7 +63,7 @@ struct LargestBox {
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // c and h in units of `room`
+  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // initial c and h, divided by `room`
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;
   std::vector<double> bounds;
@@ -247,7 +247,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Finds the limit of each face: the limit that is violated first if the face moves outwards.
+  // For each face of the box, finds the limit that the face would violate first if it moved outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;
