@@ -24,14 +24,15 @@ layout(push_constant) uniform Step {
 
 const float kStuck = 1e30, kRestSpeed = 0.05, kPi = 3.14159265;
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933); 0.44 above.
+// Computes the drag rate from the drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann
+// 1933), 0.44 above.
 float drag_rate(float speed, float diameter, float density) {
   float stokes = 18.0 * air.y / (density * diameter * diameter), re = air.x * speed * diameter / air.y;
   if (re >= 1000.0) return stokes * 0.44 * re / 24.0;
   return re < 1e-6 ? stokes : stokes * (1.0 + 0.15 * pow(re, 0.687));
 }
 
-// Distance and its gradient, interpolated linearly between the samples; false outside the field.
+// Computes the distance and its gradient, interpolated linearly between the samples. Returns false outside the field.
 bool look(vec3 p, out float d, out vec3 g) {
   vec3 q = (p - origin.xyz) / origin.w, low = floor(q), f = q - low;
   ivec3 i = ivec3(low);
@@ -49,7 +50,7 @@ bool look(vec3 p, out float d, out vec3 g) {
   return true;
 }
 
-// Smallest distance of c from the line segment from a to b.
+// Returns the smallest distance of c from the line segment from a to b.
 float passes(vec3 a, vec3 b, vec3 c) {
   vec3 way = b - a;
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
@@ -83,7 +84,7 @@ void main() {
   vec3 p = own.place.xyz, v = own.motion.xyz;
   float dt = gravity.w, rate = own.chip.z, diameter = own.chip.x, mass = own.motion.w;
   own.place.w += dt;
-  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // new particle
+  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // a new particle has a negative rate
   bool resting = rate >= kStuck;
   vec3 before = p;
   if (!resting) {

@@ -11,7 +11,7 @@ layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_middle;  // point on the part's path
 layout(location = 3) in vec3 in_around;  // unit, around the part
 layout(location = 4) in vec3 in_color;
-layout(location = 5) in vec4 in_look;  // roughness, brushed, metal, glow
+layout(location = 5) in vec4 in_look;  // x: roughness; y: brushed; z: metal; w: glow
 layout(location = 6) in vec3 in_grip;  // m along the path, m around the part; z: depth of the knurl
 
 layout(location = 0) centroid out vec3 out_position;

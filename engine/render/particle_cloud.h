@@ -1,5 +1,5 @@
-// Particles that are stored on the GPU. Compute shaders move them in the frame that draws them, by the same physics
-// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
+// Particles that are stored on the GPU. Compute shaders move the particles in the frame that draws them, by the same
+// physics as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct CloudLaw {
   double decay_time = 2, lifetime = 6;    // s
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
   glm::dvec3 origin{0};       // origin of the distance field, m, W
-  double spacing = 5e-4;      // m
+  double spacing = 5e-4;      // m, spacing of the samples of the distance field
   glm::ivec3 size{0};         // number of samples, x slowest; 0: no tissue to bounce off
 };
 
@@ -50,13 +50,13 @@ class ParticleCloud {
 
   /// Adds particles up to the capacity; they move from the next step on. Returns the number of added particles.
   std::size_t add(std::span<const CloudParticle> born);
-  /// Sets the suction nozzle: flow in m³/s; 0: switched off.
+  /// Sets the suction nozzle at p_W: flow in m³/s (0: switched off), radius in m.
   void suck(const glm::dvec3& p_W, double flow, double radius);
   /// Adds dt seconds of motion, which the next record() computes.
   void advance(double dt);
   std::size_t alive() const { return count_; }
   std::size_t room() const { return law_.capacity - count_; }
-  /// True if the next record() will move or remove particles.
+  /// Returns true if the next record() will move or remove particles.
   bool changes() const { return pending_ > 0 && (count_ > 0 || shown_ > 0); }
 
   /// Records the compute commands for everything requested since the last record(). Call before the drawing pass.
@@ -84,12 +84,12 @@ class ParticleCloud {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> staging_;
   std::vector<CloudParticle> born_;  // particles that were added since the last record()
   struct Cohort {
-    double born_at;  // s
+    double born_at;  // s, time at which the particles were added
     std::size_t count;
   };
   std::deque<Cohort> cohorts_;
   std::size_t first_ = 0, count_ = 0, shown_ = 0;
-  double time_ = 0, pending_ = 0;  // s
+  double time_ = 0, pending_ = 0;  // s: time of all motion so far; time of the motion that the next record() computes
   glm::vec4 sink_{0};
   double nozzle_ = 0;  // m, radius of the nozzle
   int steps_ = 0;

@@ -6,10 +6,10 @@
 
 namespace typodont::render {
 
-/// Colour difference CIEDE2000 (Sharma et al. 2005) of two CIELAB colours (L*, a*, b*).
+/// Returns the colour difference CIEDE2000 (Sharma et al. 2005) of two CIELAB colours (L*, a*, b*).
 double ciede2000(const dvec3& lab_1, const dvec3& lab_2);
 
-/// CIELAB of a colour in linear sRGB, 0..1, for the white (1, 1, 1).
+/// Returns the CIELAB colour of a colour in linear sRGB, 0..1, for the white (1, 1, 1).
 dvec3 lab_of_linear(const dvec3& rgb);
 
 /// Mean CIEDE2000 of the pixels of two pictures of the same size. Symmetric.

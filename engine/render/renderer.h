@@ -62,16 +62,16 @@ inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin 
 enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
-  kXray,     // the working tooth as glass with the tissues inside it; no other body
+  kXray,     // the working tooth as glass, with the tissues inside it; other bodies are not drawn
   // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
   // surface is red, too much was removed
   kDifference,
 };
 
 struct Eye {
-  glm::dmat4 view{1.0};        // W → eye, m
-  glm::dmat4 projection{1.0};  // Vulkan clip space
-  dvec3 position{0, 0, 0};     // m, W
+  glm::dmat4 view{1.0};        // maps W to the eye's frame, m
+  glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
+  dvec3 position{0, 0, 0};     // m, W, position of the eye
   bool flip = false;           // true if the eye sees the scene in a mirror
 };
 
@@ -91,25 +91,25 @@ struct FilmGrid {
 };
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
-  std::uint8_t water = 0;   // 255 · (1 − exp(−height / 80 µm))
+  std::uint8_t water = 0;   // height of the water: 255 · (1 − exp(−height / 80 µm))
   std::uint8_t cover = 0;   // 255 · opacity of the solids
   std::uint8_t colour = 0;  // colour of the solids: 0 enamel, 128 dentin, 255 caries
   std::uint8_t blood = 0;   // 255 · fraction of blood in the colour
   bool operator==(const FilmTexel&) const = default;
 };
-/// Samples lo … hi of the grid, inclusive.
+/// A box of the grid: the samples from lo to hi, both included.
 struct FilmBox {
   glm::ivec3 lo{0}, hi{0};
 };
 
-/// Light from the room and from other surfaces; its samples are at origin + spacing · (x, y, z). LightScene computes
-/// it.
+/// Light from the room and from other surfaces, on a grid of samples at origin + spacing · (x, y, z). LightScene
+/// computes this grid.
 struct LightGrid {
   dvec3 origin{0};     // m, W
   double spacing = 0;  // m
   glm::ivec3 size{0};  // number of samples; 0: no grid
-  // For a surface that faces +x, -x, +y, -y, +z or -z: xyz: irradiance over π, linear; w: fraction of the lamp that is
-  // seen from the sample. See index().
+  // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
+  // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
 
   std::size_t samples() const {
@@ -142,21 +142,22 @@ struct Cursor {
   double radius = 1e-3;  // m, radius of the ring
 };
 
-/// Directions are given in W and are not mirrored.
+/// The lights of the scene. Directions are given in W and are not mirrored.
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
-  dvec3 window{0, 0, 0};         // unit, towards the window that glossy surfaces reflect; zero: beside the lamp
+  /// unit vector towards the window that glossy surfaces reflect; zero: the window is beside the lamp
+  dvec3 window{0, 0, 0};
   double key_strength = 4.0;
-  // The lamp: a spot with a soft border at the working tooth, as dental lamps have at 0.7 m
-  glm::dvec2 spot{0.15, 0.08};  // m, sides of the spot, the first one horizontal; at the sides half the light arrives
-  double spot_border = 0.025;   // m, width of the border from full light to none
-  double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
+  // The lamp: a spot with a soft border at the working tooth, like the spot of a dental lamp at 0.7 m.
+  glm::dvec2 spot{0.15, 0.08};  // m, width and height of the spot; at its sides, the light has half its brightness
+  double spot_border = 0.025;   // m, width of the border in which the light falls from its full brightness to zero
+  double lamp_width = 0.168;    // m, width of the lamp's luminous area, which determines the penumbra of shadows
   double lamp_distance = 0.7;   // m, distance of the lamp from the working tooth
   double ambient = 1.0;         // factor of the room's light
 };
 
-/// Unit vector towards the window.
+/// Returns the unit vector towards the window.
 dvec3 toward_window(const Lights& lights);
 
 /// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
@@ -169,7 +170,7 @@ struct Frame {
   ToolState tool;
   Cursor cursor;
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
-  SuctionTip suction;  // opening 0: no tip
+  SuctionTip suction;  // the suction tip; if its opening is 0, there is no tip
   View view = View::kLook;
   glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
   std::span<const Particle> particles;
@@ -208,7 +209,7 @@ struct FrameStats {
 
 class Renderer {
  public:
-  /// Set-up time; throws Error. `size` is the size of one eye's picture.
+  /// Creates the renderer. `size` is the size of one eye's picture. Set-up time; throws Error.
   Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -217,18 +218,20 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Sets a plane for bricks that are inside another body: bricks of the mesh that exist since the start and lie
-  /// completely where dot(beyond, (p_W, 1)) < 0. View::kLook and kDifference do not draw them until they change. Zero:
-  /// no plane.
+  /// Some bricks are inside another body from the start. This function sets a plane for them: bricks of the mesh that
+  /// exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and
+  /// kDifference until they change. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// `handpiece`: what holds the tool; without parts: nothing. Throws Error if it has too many triangles.
+  /// Sets the tool and the handpiece that holds it. A handpiece without parts is not drawn. Throws Error if the
+  /// handpiece has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film on the surfaces and clears the film. Size 0: no film, which takes no time.
+  /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and it takes
+  /// no time.
   void set_film(const FilmGrid& grid);
   /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
-  /// Sets the light from the room and from other surfaces that tissue receives. Size 0: the room's light is estimated
-  /// from the shape near each point, and no light crosses from body to body.
+  /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
+  /// estimated from the shape near each point, and bodies do not reflect light to each other.
   void set_light(const LightGrid& grid);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
@@ -243,7 +246,8 @@ class Renderer {
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
-  /// The eyes' pictures: two layers (one if mono), sRGB bytes, ready for sampling or copying after record().
+  /// Returns the eyes' pictures: two layers (one layer if mono), sRGB bytes, ready for sampling or copying after
+  /// record().
   const gpu::Image& pictures() const;
   /// The parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;

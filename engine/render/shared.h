@@ -10,7 +10,7 @@ using glm::vec4;
 #endif
 
 // Light of the lamp and the room. `typodont render` writes these values to frame.json for the reference pictures.
-const float kLampHalfAngle = 0.12f;                // rad, half the angle under which tissue sees the lamp
+const float kLampHalfAngle = 0.12f;                // rad, half the angle that the lamp subtends at the tissue
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
@@ -19,7 +19,7 @@ const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the
 // uniform data of a frame: set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];
-  vec4 eye[2];  // xyz: m, W
+  vec4 eye[2];  // xyz: position of each eye, m, W
   // matrix from W to the shadow map; xy: 0..1 over the map; z: 0..1, increasing away from the lamp
   mat4 light_from_world;
   vec4 light_size;    // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 if there is a map
@@ -43,7 +43,7 @@ struct FrameData {
   vec4 lamp_middle;       // xyz: middle of the spot, m
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
-  vec4 tissue_look[16];   // roughness, metal, wetness
+  vec4 tissue_look[16];   // of each tissue: x: roughness; y: metal; z: wetness
   vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
   vec4 light_origin;      // the grid of LightGrid: xyz: first sample, m, W; w: samples per m
@@ -53,8 +53,8 @@ struct FrameData {
 // push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn; z: m,
-  // radius, at the working point, of the cone between an eye and the working point in which a handpiece is not drawn
+  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn; z: radius
+  // (m), at the working point, of the cone between an eye and the working point; a handpiece is not drawn in this cone
   vec4 view;
 };
 

@@ -18,7 +18,7 @@ struct ToolShape {
   double neck_length = 4e-3;        // m
   double shank_radius = 8e-4;       // m, radius of the shank; friction-grip shanks have a diameter of 1.6 mm
   double shank_length = 16e-3;      // m, length of the shank; 0: the tool has neither neck nor shank
-  bool diamond = false;             // rough diamond grit instead of flutes
+  bool diamond = false;             // true: the head has rough diamond grit instead of flutes
   std::vector<double> marks;        // m, z of the dark depth marks around the head
   double thread_pitch = 0;          // m, pitch of the thread; 0: no thread
   double thread_core = 0;           // m, core radius of the thread
@@ -38,11 +38,11 @@ enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 /// renderer interpolates between the two by the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // m, tool frame
-  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
+  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m, position and normal on the hull
   float spins = 1;                       // 1: the vertex rotates with the spindle
   float rough = 0.3f;
   float mark = 0;    // 1: the vertex is on a dark depth mark
-  float finish = 0;  // Finish
+  float finish = 0;  // value of Finish
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;

@@ -27,7 +27,7 @@ struct SurfaceVertex {
   glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
   // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
   // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.
-  Tissue tissue[2]{};       // [0] <= [1]
+  Tissue tissue[2]{};       // in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;
 };
@@ -71,15 +71,16 @@ class SurfaceMesher {
   void remove(const glm::ivec3& key);
 
   /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. The keys
-  /// include bricks whose mesh has become empty. Valid until the next call of any function of this class.
+  /// include bricks whose mesh has become empty. The returned span is valid until the next call of any function of this
+  /// class.
   std::span<const glm::ivec3> remesh();
 
-  /// Returns a brick's mesh; nullptr if the brick contains no surface. Valid until the next remesh().
+  /// Returns a brick's mesh; nullptr if the brick contains no surface. The pointer is valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
-  /// Keys of all bricks with triangles, sorted.
+  /// Returns the keys of all bricks with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
+  /// Returns the hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
   std::uint64_t hash() const;
 
  private:

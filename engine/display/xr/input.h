@@ -18,7 +18,7 @@ class Input {
 
   struct Hand {
     bool tracked = false;
-    Pose X_DA;  // the aim frame; its −z points forward
+    Pose X_DA;  // pose of the controller's aim frame, whose −z points forward
     double pedal = 0;
     bool change_tool = false, mirror = false;
   };

@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // A row of boxes that has the same extent as the row above is joined with the row above.
+      // If a row of boxes has the same extent as the row above, both rows are joined.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -107,7 +107,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// Distance of the origin from the line between p and q.
+/// Returns the distance of the origin from the line between p and q.
 float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   const glm::vec3 d = q - p;
   const float dd = glm::dot(d, d);
@@ -115,7 +115,7 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   return glm::length(p + s * d);
 }
 
-/// True if the handpiece may shade a surface inside this ball by its shadow.
+/// Returns true if the handpiece may shade a surface inside this ball by its shadow.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
   constexpr float kHandpieceReach = 40e-3f;  // m, same value as in lighting.glsl
   constexpr int kPieces = 6;
@@ -182,8 +182,8 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // Lengths from lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's width in
-  // texels.
+  // The sum of the lengths in lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's
+  // width in texels.
   return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

@@ -48,7 +48,7 @@ struct PassContext {
 /// A growing buffer that the host writes; one for each frame in flight.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// A buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
+  /// Returns a buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {
@@ -64,7 +64,7 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `omitted_fraction`: fraction of the next draw's pixels that is left out; for tools only. `open_radius`: see
+/// `omitted_fraction`: fraction of the next draw's pixels that are not drawn; for tools only. `open_radius`: see
 /// ObjectData::view; for handpieces only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {

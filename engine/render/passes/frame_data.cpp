@@ -43,7 +43,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     constexpr double kStep = 2e-3;  // m
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Half sizes of a box as seen from the lamp.
+    // Returns the half sizes of a box as seen from the lamp.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -52,7 +52,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
       }
       return most;
     };
-    // The working body is lit completely: a larger one, as a hip socket, has a larger lamp.
+    // The spot lights the working body completely. So a larger body, for example a hip socket, gets a larger spot.
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
@@ -112,9 +112,10 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
         data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
       }
     }
-    // Motion blur: a shutter that is open for the whole frame averages the blades, n of them around the head. Their
-    // contrast falls as |sin x / x| with x = n ω T / 2 to zero at one pitch per frame; beyond it, the small remaining
-    // contrast is neglected.
+    // Motion blur: the shutter is open for the whole frame, so the picture is a mean over the positions of the n blades
+    // around the head. The contrast of the blades falls as |sin x / x| with x = n ω T / 2. It is zero if each blade
+    // moves to the position of the next blade in one frame. At higher speeds, the small remaining contrast is
+    // neglected.
     constexpr double kExposure = 1.0 / 60;  // s
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;

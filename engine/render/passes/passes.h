@@ -21,7 +21,7 @@ struct ShadowPass {
   void destroy(gpu::Device& device);
 };
 
-/// Effects on tissue that not every scene and level needs.
+/// Effects on tissue that only some scenes and quality levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
   bool spot = false;        // the border of the lamp's spot
@@ -35,7 +35,7 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that has been drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
-  bool with_cursor = false;     // cursor setting for which the pipelines were created
+  bool with_cursor = false;     // value of the cursor setting for which the pipelines were created
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
@@ -84,7 +84,7 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  bool with_light_grid = false;  // SurfaceEffects::light_grid for which the first pipeline was created
+  bool with_light_grid = false;  // value of SurfaceEffects::light_grid for which the first pipeline was created
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -129,7 +129,8 @@ struct ParticlePass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the hidden area before all other parts and at the nearest depth, so that nothing else is drawn in this area.
+/// Draws the area that the user cannot see (behind a headset's lenses) before all other parts and at the nearest depth,
+/// so that nothing else is drawn in this area.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -139,8 +140,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the parts of the pictures that are kept: only into the depth, before all other parts, and at the nearest
-/// depth, so that nothing else is drawn in these parts.
+/// Draws the parts of the pictures that are kept, before all other parts. Only their depth is drawn, with the nearest
+/// value, so that nothing else is drawn in these parts.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

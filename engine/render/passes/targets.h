@@ -24,15 +24,15 @@ class Targets {
   /// If true, the next create() keeps the scene's depth beside the pictures.
   bool keeps_depth = false;
 
-  /// True if the scene is stored separately from the particles in front of it. Particles change nearly the whole
-  /// picture in every frame; restoring a pixel of the scene costs a copy, while redrawing it costs triangles and
-  /// lighting. False if samples are averaged or one pass draws both eyes.
+  /// Returns true if the scene is stored separately from the particles in front of it. Particles change nearly the
+  /// whole picture in every frame. Restoring a pixel of the scene costs only a copy, while redrawing it costs triangles
+  /// and lighting. False if samples are averaged or one pass draws both eyes.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
-  /// The image into which the scene is drawn.
+  /// Returns the image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: the
-  /// parts that are not drawn keep their content.
+  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: true
+  /// if only parts are drawn; the other parts keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
   /// Begins the pass of one eye, or of both eyes if the device draws them in one pass. Only `box` of the picture is
@@ -53,9 +53,9 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// Samples are averaged at the end of the pass if one pass draws both eyes, otherwise by a separate command for
-  /// each eye. lavapipe 22.3 would always average into the first layer, without an error, even if the pass names
-  /// another layer.
+  /// True if the samples are averaged at the end of the pass. This is the case if one pass draws both eyes. Otherwise a
+  /// separate command averages the samples of each eye, because lavapipe 22.3 would always average into the first
+  /// layer, without an error, even if the pass names another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

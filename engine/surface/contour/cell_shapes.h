@@ -30,14 +30,14 @@ class CellShapes {
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Faces on which both arcs belong to one patch; bit f is set for face f.
+  /// Returns the faces on which both arcs belong to one patch; bit f is set for face f.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
+  /// Returns the shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// True if the shape has one patch, and no face with four crossings. Its surface is then a disc at every resolution
-  /// (Ju et al. 2002).
+  /// Returns true if the shape has one patch, and no face with four crossings. Its surface is then a disc at every
+  /// resolution (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:
