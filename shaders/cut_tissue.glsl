@@ -25,7 +25,7 @@ vec4 surface_look(uint tissue, vec4 look, float cut) {
   return look;
 }
 
-/// Light of the lamp that crosses thin tissue from behind, where nothing around hides the room.
+/// Returns the lamp's light that crosses thin tissue from behind, at a point from which the whole room is visible.
 vec3 through_edge(vec3 n, float thin) {
   if (kView != 0) return vec3(0.0);
   float behind = max(-dot(n, frame.key.xyz), 0.0);

@@ -56,7 +56,7 @@ float passes(vec3 a, vec3 b, vec3 c) {
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
 }
 
-// Mean velocity of the air in one step. The air stops at the nozzle (engine/debris/motion).
+// Returns the mean velocity of the air in one step. The air does not move beyond the nozzle (engine/debris/motion).
 vec3 suction_velocity(vec3 p) {
   vec3 d = sink.xyz - p;
   float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;

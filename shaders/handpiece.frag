@@ -19,8 +19,8 @@ const float kKnurlPitch = 0.9e-3;  // m, same value as in engine/render/handpiec
 const float kKnurlSlope = 0.5;     // largest slope of the knurl's pyramids
 
 void main() {
-  // Dither pattern, as in tool.frag. Pixels are discarded only at the end, because the derivatives of their neighbours
-  // need them.
+  // Dither pattern, as in tool.frag. Pixels are discarded only at the end, because the derivatives (fwidth) below need
+  // the neighbouring pixels.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   bool left_out = noise < object.view.y;
   vec3 eye = frame.eye[VIEW].xyz;

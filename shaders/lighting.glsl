@@ -215,35 +215,36 @@ float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 /// (1.33), less light is reflected.
 vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
 
-/// Fraction of the room that the direction r of a reflection shows: tissue hides the room near the point and in the
-/// directions away from the lamp.
+/// Returns the fraction of the room that is visible in the direction r of a reflection. Tissue hides the room near the
+/// point and in the directions away from the lamp.
 float room_seen(vec3 r, float open) {
   return clamp(open * open + 0.15, 0.0, 1.0) * mix(0.2, 1.0, smoothstep(-0.6, 0.4, dot(r, frame.key.xyz)));
 }
 
-/// Light that comes to a surface from around: from the room and from other surfaces.
+/// Light that a surface receives from the room and from other surfaces.
 struct Around {
-  vec3 diffuse;   // for a surface with the surface's normal: irradiance over π
-  vec3 mirrored;  // for a surface that faces the direction of the reflection: irradiance over π
+  vec3 diffuse;   // irradiance of the surface, divided by π
+  vec3 mirrored;  // irradiance, divided by π, of a surface that faces the direction of the reflection
 };
 
-/// Fraction of the light around that a surface reflects towards a viewer at this cosine (Schlick). Without a grid of light
-/// a rough surface reflects less of the room, because it hides the room itself.
+/// Returns the fraction of the light from the room and from other surfaces that a surface reflects towards a viewer
+/// (Schlick). `nv`: cosine of the angle between the normal and the direction to the viewer. Without a grid of light, a
+/// rough surface reflects less of the room, because it hides the room itself.
 vec3 grazing(vec3 f0, float rough, float nv) {
   vec3 most = kLightGrid ? vec3(1.0) : f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
   return f0 + (most - f0) * fifth_power(1.0 - nv);
 }
 
-/// Light that a surface reflects from the direction r.
+/// Returns the light that a surface reflects from the direction r.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
   return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
 }
 
-/// Fraction of the light from the tissue that passes the film over it, relative to a view along the normal (Schlick). The
-/// tissues' colours include the loss along the normal.
+/// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
+/// (Schlick). The tissues' colours include the loss along the normal.
 float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
 
-/// Light that the wet film over the tissue reflects, or metal.
+/// Returns the light that is reflected by the wet film over tissue, or by metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
@@ -263,8 +264,8 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   return color + fr * reflected(r, rough, open, around);
 }
 
-/// Light for computation per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
-/// computed per pixel.
+/// Gloss that is computed per vertex: its wide part, and parameters for the lamp's mirror image, which is computed per
+/// pixel.
 struct CornerGloss {
   vec3 broad;  // reflection of the room
   vec3 lamp;  // multiply by spot(n · half, width) for each pixel
@@ -292,7 +293,8 @@ float spot(float nh, float width) {
   return 1.0 / (d * d);
 }
 
-/// `gloss_normal`: normal of the wet film, which has ripples of its own.
+/// Returns the light that a surface reflects towards the viewer. `gloss_normal`: normal of the wet film, which has
+/// ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
   float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
@@ -300,7 +302,7 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around arou
          glossy(gloss_normal, v, look, light, around);
 }
 
-// Khronos PBR Neutral (2024): keeps the measured colours of tissues and compresses only the highlights.
+// Tone mapping (Khronos PBR Neutral, 2024): keeps the measured colours of tissues and compresses only the highlights.
 vec3 tone_map(vec3 color) {
   const float start = 0.8 - 0.04, desaturation = 0.15;
   float x = min(color.r, min(color.g, color.b));

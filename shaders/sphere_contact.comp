@@ -13,12 +13,13 @@ layout(set = 0, binding = 3, std430) writeonly buffer Results { Contact results[
 
 shared Contact best[64];
 
-// Among simultaneous contacts, the contact with the lowest ball index and then the lowest sphere index wins.
+// Returns true if contact a counts as earlier than contact b. Of simultaneous contacts, the contact with the lowest
+// ball index, then with the lowest sphere index, counts as the earliest.
 bool before(Contact a, Contact b) {
   return a.t != b.t ? a.t < b.t : a.ball != b.ball ? a.ball < b.ball : a.sphere < b.sphere;
 }
 
-// Same as contact_time() of sphere_pair.h; 2 if the spheres do not touch during the motion.
+// Same as contact_time() of sphere_pair.h. Returns 2 if the spheres do not touch during the motion.
 double contact_time(dvec3 D, dvec3 m, double R) {
   double nearing = dot3(m, D);
   precise double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;

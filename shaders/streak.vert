@@ -21,7 +21,7 @@ void main() {
   vec3 along = cross(to_eye, side);
   vec4 middle = frame.clip_from_world[VIEW] * vec4(in_head.xyz, 1.0);
   mat4 clip = frame.clip_from_world[VIEW];
-  // A streak is at least about one pixel wide; a thinner one becomes transparent instead.
+  // A streak is drawn at least about one pixel wide. A thinner streak becomes transparent instead.
   float least = 0.7 * frame.picture.x * middle.w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
   float radius = max(in_head.w, least);
   vec3 p = in_head.xyz - (corner.y < 0.0 ? in_way : vec3(0.0)) + radius * (corner.x * side + corner.y * along);

@@ -24,7 +24,7 @@ struct VelocityEstimate {
 class VelocityEstimator {
  public:
   /// `noise`: m, half the peak-to-peak position noise; for an encoder, one whole step.
-  /// `axes`: number of axes that can move, from x on.
+  /// `axes`: number of axes that can move, in the order x, y, z.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
   /// Servo thread. Never allocates. A sample whose time does not increase restarts the estimator.

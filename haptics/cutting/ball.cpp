@@ -34,7 +34,7 @@ struct Block {
 /// share.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
-  F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
+  F8 u[kRowBatches], v[kRowBatches];                                      // terms of eight rows, see carve_block()
   I8 base[kRowBatches];                                                   // index of the row's first sample
   F8 z[kLongest];                 // z of eight samples beginning at each index, relative to A
   std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
@@ -126,7 +126,7 @@ template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Bounding ball of all changes: around B if the ball at B covers everything, otherwise around the middle of the
+  // Ball that bounds all changes: around B if the ball at B covers everything, otherwise around the middle of the
   // sweep.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
@@ -144,7 +144,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // computed for every row start, so that the rounding does not depend on where rows start
+  // The values are computed for every row start, so that the rounding does not depend on the start of a row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -212,7 +212,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Flush the groups unless eight more rows of maximum length fit in.
+      // Processes and removes the collected groups if eight more rows of maximum length might not fit.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -245,13 +245,15 @@ struct BallBlocks {
   float* due;                   // path length at which the block at the origin is due
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
-  float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
+  float ahead;  // path length of the head for which the groups are listed; 0: no groups are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  // Layers of blocks are assigned to the parts in turn. Number of parts; index of this part; part of the first layer
+  // Layers of blocks are assigned to the parts in turn. `parts`: number of parts; `part`: index of this part;
+  // `first_layer`: part of the first layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
-  int listed, room;        // number of groups found, which may exceed the capacity; `room`: capacity of the list
+  // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
+  int listed, room;
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -264,7 +266,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
+/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. Same row terms as in
+/// carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -299,8 +302,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Side of a group relative to a ball that continues its present motion: ahead, beside or behind. The result is used
-/// only to sort groups, so that similar groups are processed together.
+/// Returns the position of a group relative to a ball that continues its present motion: ahead, beside or behind. The
+/// result is used only to sort groups, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -323,7 +326,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetch the layer of samples in front of the head; they were last read many cuts ago.
+  // Prefetches the layer of samples in front of the head. These samples were last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -363,7 +366,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // Far from the surface: field and depth change by at most one per voxel.
+          // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change
+          // by at most one per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);

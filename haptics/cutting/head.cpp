@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A block, and the head relative to it.
+/// A block, and its position relative to the head.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
@@ -29,18 +29,18 @@ struct HeadBlock {
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;    // true if some samples may have been deeper during the motion
-  float slowest;  // voxels, smallest approach of the head to a sample of the block during the motion
+  bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
+  float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
 };
 
 /// Further results of carve_head_block().
 struct BlockSlack {
-  float ahead = 0;       // input: samples with less slack than this are marked in `live`
+  float ahead = 0;       // voxels, input: samples with less slack than this value are marked in `live`
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
   // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
-  bool emptied = false;  // a sample became air
+  bool emptied = false;  // true if a sample became air
 };
 
 }  // namespace
@@ -91,7 +91,7 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 
 namespace {
 
-constexpr int kStretch = 64;  // samples of a row that are listed together
+constexpr int kStretch = 64;  // number of samples of a row that are listed together
 // voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
@@ -103,7 +103,8 @@ struct Seen {
   F8 x, y, z, rho, n_rho, n_z;  // in T: the block's centre (rho: distance from the axis), and the outward direction
 };
 
-/// Makes the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the head's centre.
+/// Computes the data of the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the
+/// head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -183,8 +184,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. For
-/// one float or eight.
+/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. T is
+/// one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -198,9 +199,9 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Finds which of two neighbouring pieces (one bit each) is the only piece that can be nearest to any of `count`
-/// samples along z while the head moves by `ahead`. `first`, `last`: indices of the two pieces, or of one piece. `v`:
-/// the first sample relative to the head, in V.
+/// Two neighbouring pieces (one bit each) are given. Finds the one that alone can be nearest to any of `count` samples
+/// along z while the head moves by `ahead`, if there is such a piece. `first`, `last`: indices of the two pieces, or of
+/// one piece. `v`: the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -232,8 +233,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// Begins a pass for one end of the head's motion. `after`: the head was already cut out at the other end. `ahead`:
-  /// path length for which the results must be valid.
+  /// Begins a pass for one end of the head's motion. `after`: true if the head was already cut out at the other end.
+  /// `ahead`: path length for which the results must be valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -281,7 +282,8 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // Within a block, z and rho + z differ by at most kHalf and √2 kHalf. Nothing is known for other motions.
+    // For a motion along the axis, samples above two limits do not change. Within a block, z and rho + z differ from
+    // the values at the centre by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
@@ -300,7 +302,8 @@ class HeadPass {
       block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
       clipped |= block.to[i] - block.from[i] != extent[i];
     }
-    // Far from the surface: field and depth change by at most one per voxel.
+    // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change by at
+    // most one per voxel.
     if (!clipped) {
       slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
