@@ -29,12 +29,12 @@ struct FitOptions {
       /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
       /// (Yule–Walker)
       "none";
-  double rate = 0;          // Hz, sampling rate of the model; 0: the recording's rate
-  int channel = -1;         // -1: the mean of all channels
+  double rate = 0;   // Hz, sampling rate of the model; 0: the recording's rate
+  int channel = -1;  // -1: the mean of all channels
   /// s, begin and end of the part of the recording that is fitted; to = 0: the end of the recording
   double from = 0, to = 0;
-  bool trim = true;         // true: silence at both ends is removed
-  bool steady = false;      // true: only the longest interval of constant level is used
+  bool trim = true;     // true: silence at both ends is removed
+  bool steady = false;  // true: only the longest interval of constant level is used
   // name of the part that is used ("run-up", "idle", "load", "run-down"; the longest part of this name); empty: the
   // whole recording
   std::string part;
@@ -75,7 +75,7 @@ struct FitReport {
   std::vector<double> variance_by_order;
   /// Hz; power spectra of recording and model at these frequencies, dB re 1/Hz
   std::vector<double> frequencies, recording_dB, model_dB;
-  std::vector<SoundPart> parts;                             // parts of the whole recording, in order
+  std::vector<SoundPart> parts;  // parts of the whole recording, in order
   // For each line of the model: the standard deviation of its amplitude divided by the mean, in the fitted part,
   // including the noise in the band in which the line was followed.
   std::vector<double> line_variation;

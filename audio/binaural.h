@@ -11,8 +11,8 @@
 
 namespace typodont::audio {
 
-inline constexpr double kHeadRadius = 0.0875;    // m, mean adult head (Brown & Duda)
-inline constexpr double kSpeedOfSound = 343;     // m/s
+inline constexpr double kHeadRadius = 0.0875;  // m, mean adult head (Brown & Duda)
+inline constexpr double kSpeedOfSound = 343;   // m/s
 /// m, distance from the midpoint of the eyes back to the midpoint of the ears
 inline constexpr double kEarsBehindEyes = 0.09;
 
@@ -58,7 +58,7 @@ class Binaural {
   float read(double delay) const noexcept;
 
   double rate_;
-  double glide_;         // fraction of the remaining difference by which delay and shadow change per sample
+  double glide_;  // fraction of the remaining difference by which delay and shadow change per sample
   /// coefficients of the shadow's filter: y = input_ (x + x') + slope (x - x') - pole_ y', where x', y' are the
   /// previous values
   double pole_, input_;

@@ -4,7 +4,7 @@
 //
 // Robot–world: a marker M is on the stylus and a tracker K in the room. Then A = X_HS, B = X_KM, X = X_SM, Z = X_HK.
 // Hand–eye: a camera K is on the stylus and a target M in the room. Then A = X_HS, B = X_MK (the inverse of the pose
-//that the camera reports), X = X_SK, Z = X_HM. For pure motions (A_i X = X B_i), Z equals X.
+// that the camera reports), X = X_SK, Z = X_HM. For pure motions (A_i X = X B_i), Z equals X.
 #pragma once
 
 #include <array>

@@ -60,7 +60,7 @@ struct RegistrationResult {
   double fre_rms = 0;                          // m, root-mean-square fiducial error of the inliers
   /// m per axis, standard deviation of the noise; NaN if it cannot be estimated
   double sigma = 0;
-  int degrees_of_freedom = 0;                  // degrees of freedom of the estimate of sigma
+  int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t).
   /// An undetermined rotation has the variance of a uniform angle, π²/3.
   std::array<double, 36> covariance{};

@@ -24,7 +24,7 @@ struct PanelResult {
   std::array<double, 3> centre_sigma{};  // m
   /// rad, standard deviation of the panel's tilt, about the axis for which it is largest
   double tilt_sigma = 0;
-  double sigma = 0, rms = 0;             // m
+  double sigma = 0, rms = 0;  // m
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;  // m
   std::string not_determined;     // parameters that the touches do not determine; empty: none

@@ -59,13 +59,13 @@ struct HmdRig {
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
   /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
   double distance = 0.35, below = 0.22;
-  bool passthrough = false;              // true: shows the room behind the work, if the headset can
-  bool depth = true;                     // true: passes depth to the runtime, if the runtime accepts depth
-  double refresh_hz = 0;                 // Hz, refresh rate of the headset; 0: the runtime chooses
-  double resolution = 1;                 // factor on the runtime's recommended width and height
-  double wait = 15;                      // s, time limit for the user to put the headset on
-  double stall = 3;                      // s, time limit for an answer of the runtime; after it the session ends
-  dvec3 tip{0, 0, -0.06};                // m, position of the tool's head in the controller's aim frame
+  bool passthrough = false;  // true: shows the room behind the work, if the headset can
+  bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth
+  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
+  double resolution = 1;     // factor on the runtime's recommended width and height
+  double wait = 15;          // s, time limit for the user to put the headset on
+  double stall = 3;          // s, time limit for an answer of the runtime; after it the session ends
+  dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {

@@ -20,11 +20,11 @@ constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets th
 // limit of the fraction of a sample's rays that meet the back of a triangle; a larger fraction means that the sample is
 // inside a body
 constexpr double kInside = 0.25;
-constexpr float kMargin = 20e-6f;      // m, distance from a surface at which a ray starts
+constexpr float kMargin = 20e-6f;  // m, distance from a surface at which a ray starts
 constexpr int kLampRays = 4;
 // in spacings of the grid, largest change of the lookup's position by the smooth normals of a curved surface
 constexpr float kCurved = 0.15f;
-constexpr double kBegin = 0.5;    // distance from a surface, in spacings of the grid, at which its light is looked up
+constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
 
 /// Returns directions that are distributed evenly over the sphere (Fibonacci's spiral).
 std::array<glm::vec3, kRays> sphere_directions() {
@@ -102,7 +102,7 @@ class RayTree {
     glm::vec3 lo{1e9f}, hi{-1e9f};
     // indices of the two children; in a leaf, `first` is the index of its first triangle
     std::uint32_t first = 0, second = 0;
-    std::uint32_t count = 0;              // number of triangles in a leaf; 0 if the node has children
+    std::uint32_t count = 0;  // number of triangles in a leaf; 0 if the node has children
   };
   struct Stored {
     glm::vec3 corner, along, beside;

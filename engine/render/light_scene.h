@@ -32,9 +32,9 @@ void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshU
 struct LightSources {
   /// returns the linear radiance of the room from a unit direction
   std::function<glm::vec3(const glm::vec3& direction)> room;
-  glm::vec3 toward_lamp{0, 0, 1};                             // unit vector towards the lamp
-  float lamp_half_angle = 0;                                  // rad, half the angle that the lamp subtends
-  glm::vec3 lamp{0};  // radiance that a white surface facing the lamp reflects: irradiance over π
+  glm::vec3 toward_lamp{0, 0, 1};  // unit vector towards the lamp
+  float lamp_half_angle = 0;       // rad, half the angle that the lamp subtends
+  glm::vec3 lamp{0};               // radiance that a white surface facing the lamp reflects: irradiance over π
 };
 /// Returns the sources that the shaders use.
 LightSources sources_of(const Lights& lights);

@@ -26,7 +26,7 @@ struct ForceFilterLaw {
   double step = 0.02;     // N per tick, limit of the change: δ of Wang 2009
   double still = 0.001;   // N, ξ of the vertex deformation method: a smaller force counts as zero
   double renewal = 0.10;  // N, limit of the force's change during a stroke; at a larger change the force is renewed
-  double cap = 3.0;       // N, limit of the force's magnitude
+  double cap = 3.0;       // N, λ: limit of the force's magnitude
 };
 
 /// `wanted`: N, computed force; `last`: N, force of the previous tick. Returns the filtered force, N.

@@ -8,7 +8,7 @@ namespace typodont::haptics {
 struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
-  double stiffness = 1000;      // N/m, stiffness of the tangential spring
+  double stiffness = 1000;  // N/m, stiffness of the tangential spring
   /// fraction of the break-away displacement z_max up to which the adhesion point does not move
   double stick_fraction = 0.5;
 };

@@ -342,7 +342,7 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in V
-    // Without a direction, the only bound is that the depth changes by at most one per voxel.
+    // Without a known direction, the only bound is that the depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -375,7 +375,7 @@ class HeadPass {
   int lanes_ = 0;
 };
 
-/// Kind of a group that spans two neighbouring blocks.
+/// Returns the kind of a group that spans two neighbouring blocks.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };

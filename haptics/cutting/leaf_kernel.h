@@ -48,7 +48,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
       store(distance, now);
       raised |= rises;
       emptied |= more(zero, old) & no_less(now, zero);
-      // A sample cannot change any more after the head has been at its deepest position there.
+      // After the head has been at its deepest position at a sample, the sample cannot change any more.
       least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
     }
   }

@@ -28,7 +28,7 @@ struct Capsule {
 struct BallFront {
   Capsule c;
   glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
-  float* distance;    // distance of the sample at the origin
+  float* distance;    // pointer to the distance of the sample at the origin
   struct {            // tables, indexed by the height (z)
     float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
     float* ahead;     // z distance from A times the motion's z component
@@ -55,7 +55,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Number of samples, from the start of a group (at most `lanes`), that have the same label. Samples that can never
+/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples that can never
 /// contain surface count as having any label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));

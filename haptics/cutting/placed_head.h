@@ -17,7 +17,7 @@ class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Inclusive range of voxels within Sweep::kMargin voxels of the head.
+  /// Range of voxels (both ends included) within Sweep::kMargin voxels of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
@@ -28,7 +28,7 @@ class PlacedHead {
  private:
   HeadField head_;  // voxels
   Tissue label_;
-  Pose X_TV_;  // voxels
+  Pose X_TV_;  // positions in voxels
   glm::ivec3 lo_, hi_;
 };
 

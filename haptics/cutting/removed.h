@@ -16,10 +16,10 @@ namespace typodont::haptics {
 /// Samples of a patch with hardness per voxel; the index of a sample is the same in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;          // null: no sample is filled
+  const Tissue* tissue = nullptr;          // labels of the samples; null: no sample is filled
   const std::uint8_t* hardness = nullptr;  // null if the tissue has no hardness per voxel
 
-  /// Hardness byte of a sample, or the hardness byte of the filling that covers it.
+  /// Returns the hardness byte of a sample, or the hardness byte of the filling that covers it.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }

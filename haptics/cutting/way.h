@@ -36,8 +36,8 @@ struct DueBlocks {
   float way;               // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// The due values of a row of blocks along z, from the block that begins at `voxel` to the block that contains
-  /// height `last_z`. Null if any of these values is unknown.
+  /// Returns the due values of a row of blocks along z, from the block that begins at `voxel` to the block that
+  /// contains height `last_z`. Null if any of these values is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
@@ -48,8 +48,8 @@ inline constexpr float kSlow = 0.05f;
 // voxels, limit: nearer to a corner, rounding dominates the direction from the corner
 inline constexpr float kNear = 0.01f;
 
-/// Smallest distance r from the axis at which the additional depth between the ends of a path, about way² / 4 r, can
-/// be ignored, if one piece is nearest along the whole path.
+/// Returns the smallest distance r from the axis at which the additional depth between the ends of a path, about way² /
+/// 4 r, can be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // the sum includes the depth of a cut, at most 3 voxels
@@ -71,8 +71,8 @@ struct PathMaxima {
   std::uint8_t label[kRoom];
 
   PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
-  /// Call before `samples` samples are read: if the list has too little space for all of them, it is carved and
-  /// emptied.
+  /// Call this function before `samples` samples are read. If the list has too little space for all of them, it is
+  /// carved and emptied.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }

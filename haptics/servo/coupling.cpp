@@ -145,8 +145,8 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Updates the factor on the coupling's stiffness: stiffness of the tissue under the head divided by 1 N/mm, smoothed.
-/// Returns it.
+/// Updates the factor on the coupling's stiffness and returns it. The factor is the stiffness of the tissue under the
+/// head divided by 1 N/mm, smoothed.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
   double& stiffness = coupling.relative_stiffness;
   const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
@@ -161,8 +161,8 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   return stiffness = next;
 }
 
-/// Force of coupling and damper, N; `push`: N, force of the coupling alone. The damper uses the rate of the depth, so
-/// it acts along the normal only: sliding at constant depth is not damped.
+/// Returns the force of coupling and damper, N. `push`: N, force of the coupling alone. The damper uses the rate of the
+/// depth, so it acts only along the normal: sliding at constant depth is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
   VelocityEstimate sinking;  // rate of the depth, for a quantised position
@@ -194,13 +194,13 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Fades the teeth's force after the head became free. The slew limit may have left a part of this force; the
-/// remaining part fades and does not end in a step. Without a snapshot the tissue is unknown, and the force ends at
-/// once.
+/// Reduces the teeth's force gradually after the head has lost contact. The slew limit may have left a part of this
+/// force, and this part must not end in a step. Without a snapshot the tissue is unknown, and the force ends at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N, force after this tick
+  // N, the part of the force that remains after this tick
+  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
     limit_teeth_energy(now);
@@ -266,8 +266,9 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies its energy, so the
-/// ledger counts it with the spindle's. The band is limited so that a period has at least five ticks.
+/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies the energy of the
+/// vibration, so the ledger counts it as energy of the spindle. The band is limited so that a period has at least five
+/// ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -76,7 +76,7 @@ struct ScaleParameters {
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 
-/// True if a position in W is finite and may be a hand's.
+/// Returns true if a position in W is finite and plausible for a hand.
 inline bool in_workspace(const dvec3& p_W) noexcept {
   return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;  // false for NaN
 }

@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels, limit of the distance at which a sample of air may be nearest to a piece
+/// voxels; a sample of air at a larger distance is never assigned to a piece as its nearest tissue
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.

@@ -68,7 +68,7 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Reads a count of items of `size` bytes each; fails if the file is too short for them.
+  /// Reads the number of items in a list. Fails if the file is too short for so many items of `size` bytes each.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();

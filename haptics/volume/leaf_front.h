@@ -22,7 +22,7 @@ class LeafFront {
   struct Place {
     Leaf* leaf = nullptr;      // null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
-    bool cut = false;          // the leaf was cut since it was first examined
+    bool cut = false;          // true if the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
@@ -32,10 +32,10 @@ class LeafFront {
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Path length of the head's farthest point so far, voxels.
+  /// Returns the path length (voxels) of the head's farthest point so far.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// The leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be examined again.
-  /// It is stored separately from the other data, because for most leaves nothing else is read.
+  /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be
+  /// examined again. `due` is stored separately from the other data, because for most leaves nothing else is read.
   struct Row {
     float* due;
     Place* places;

@@ -17,7 +17,7 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// The leaf before the stroke, or the tile that was at its position.
+  /// The leaf before the stroke, or the tile that was at the leaf's position.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
@@ -64,7 +64,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// The values before the stroke; nullopt if the stroke did not write there.
+  /// Returns the values before the stroke; nullopt if the stroke did not write to this leaf.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

@@ -18,18 +18,18 @@ class TissueVolume;
 /// One bit for each of a block's 8³ samples, set if the sample is in tissue: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// The part of a piece in one block; the block's first sample is at 8·key.
+/// The part of a loose piece that lies in one block; the block's first sample is at 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
 };
 using TissuePiece = std::vector<BlockPart>;
 
-/// Watches a volume during cutting. Samples are connected through their six faces. A cut can only separate tissue
-/// around the samples that became air. So a flood fill starts in each part of tissue there. All floods spread at the
-/// same rate until they have met, mostly within one block. A flood that ends without meeting another one has filled a
-/// loose piece. So the cost depends on the size of the piece, not of the tooth.
-///
+/// Watches a volume during cutting, and finds the tissue that a cut separates. Samples are connected through their six
+/// faces. A cut can only separate tissue around the samples that became air. So a flood fill starts in each part of the
+/// tissue around these samples. All floods spread at the same rate until they have met, mostly within one block. A
+/// flood that ends without meeting another flood has filled a loose piece. So the cost depends on the size of the
+/// piece, not of the tooth.
 /// Bodies that were separate before the first cut (two teeth) are not loose pieces. If a cut divides a body, only the
 /// smaller part is a loose piece. Deterministic: equal volumes and equal cuts give equal pieces.
 class LoosePieces {

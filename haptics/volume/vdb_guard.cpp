@@ -34,7 +34,7 @@ constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the size of all cached grids
 
-/// FNV-1a hash of the file's first `bytes` bytes.
+/// Returns the FNV-1a hash of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
   Fnv1a hash;
   std::vector<char> piece(1 << 16);

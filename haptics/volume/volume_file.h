@@ -14,7 +14,8 @@ struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
   openvdb::Int32Grid::Ptr before;    // label before the filling, plus one, for filled voxels; null: no fillings
-  // Hardness bytes (hardness.h), for a filled voxel from before the filling; null: all kOwnHardness
+  // Hardness bytes (hardness.h); a filled voxel has the hardness from before the filling. Null: all voxels have
+  // kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
   double band = 0;  // m
