@@ -1,4 +1,4 @@
-// Returns the biased autocorrelation r_0…r_lags of the samples: r_l = Σ x[i] x[i+l] / count.
+// Power spectra and distances between them, computed with FFTW. Set-up time.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ std::vector<double> welch(std::span<const double> x, std::size_t n, double rate)
 /// `power` is the double-sided density times the rate, at 2^m + 1 frequencies (see sampled_power()).
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
-/// r_0…r_lags of the samples, biased: Σ x[i] x[i+l] / count.
+/// Returns the biased autocorrelation r_0…r_lags of the samples: r_l = Σ x[i] x[i+l] / count.
 std::vector<double> autocorrelation(std::span<const double> x, std::size_t lags);
 /// Autocorrelation r_0 … r_(2^m) of a power spectrum that is sampled at 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> autocorrelation_of_power(const std::vector<double>& power);

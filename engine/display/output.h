@@ -63,9 +63,9 @@ class Compositor {
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
-  /// True if the text differs from the text of the last record() with the same layout.
-  bool text_changed(const Huds& huds, Layout layout) const;
   /// Returns true if the text differs from the text of the last record() with the same layout.
+  bool text_changed(const Huds& huds, Layout layout) const;
+  /// Composes a target in memory after the device has finished the slot's commands.
   void compose(int slot);
 
  private:

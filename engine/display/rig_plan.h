@@ -47,7 +47,7 @@ struct BenchPlan {
   std::array<Face, 6> faces;                 // order: -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
-  std::vector<std::string> conflicts;        // m, width of one pixel of an eye's picture
+  std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can be built
 };
 
 BenchPlan plan_bench(const BenchSpec& spec);

@@ -245,7 +245,7 @@ struct BallBlocks {
   float* due;                   // path length at which the block at the origin is due
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
-  float ahead;  // path length of the head for which the groups are listed; 0: no groups are listed
+  float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
   // Layers of blocks are assigned to the parts in turn. `parts`: number of parts; `part`: index of this part;

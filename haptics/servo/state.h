@@ -76,9 +76,9 @@ struct Servo::State {
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
     double leap = 0;        // s, remaining time in which the servo follows a jump of the hand's pose
     double due_for = 0;     // s, time for which a new snapshot has been due
-    bool idle = false;      // the last tick left no force and no contact state
-    bool released = false;  // true if the last tick left no force and no contact state
-    double room = 0;        // true if the model's release() was called after the last contact
+    bool idle = false;      // true if the last tick left no force and no contact state
+    bool released = false;  // true if the model's release() was called after the last contact
+    double room = 0;        // m, distance that a free tool may still move before the model is queried again
   };
   /// Spindle, and energy that may be spent on removal.
   struct Cutting {
@@ -113,8 +113,8 @@ struct Servo::State {
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
-    double stored = 0;  // J stored in the coupling in the last tick
-    // J, energy stored in the coupling in the last tick
+    double stored = 0;  // J, energy stored in the coupling in the last tick
+    // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
     double given = 0;
     /// true if the ledger holds far less energy than the coupling; then the ledger limits the force
     bool unpaid = false;

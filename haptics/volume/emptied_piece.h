@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels; a sample of air at a larger distance is never assigned to a piece as its nearest tissue
+/// voxels, limit: a sample of air at a larger distance from a piece is never assigned to the piece
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
