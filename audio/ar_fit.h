@@ -18,11 +18,11 @@ std::string_view name_of(DrillPart part) noexcept;
 struct SoundPart {
   DrillPart part = DrillPart::kIdle;
   double from = 0, to = 0;  // s, begin and end of the part in the recording
-  double level_dB = 0;      // mean level of the part
+  double level_dB = 0;      // dB re full scale, mean level of the part
 };
 
 struct FitOptions {
-  std::string method = "burg";  // burg, yule-walker, modified-covariance
+  std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // highest order that the criteria may choose
   std::string window =
@@ -30,7 +30,7 @@ struct FitOptions {
       /// (Yule–Walker)
       "none";
   double rate = 0;   // Hz, sampling rate of the model; 0: the recording's rate
-  int channel = -1;  // -1: the mean of all channels
+  int channel = -1;  // index of the channel that is used; -1: the mean of all channels
   /// s, begin and end of the part of the recording that is fitted; to = 0: the end of the recording
   double from = 0, to = 0;
   bool trim = true;     // true: silence at both ends is removed
@@ -86,8 +86,7 @@ struct FitReport {
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };
 
-/// Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone, a recording too short for the
-/// order, a sample that is not finite, an unknown method.
+/// notes about the processing of the recording, as sentences for the user
 FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options);
 
 }  // namespace typodont::audio

@@ -27,7 +27,7 @@ struct AudioOptions {
   double sample_rate = 0;       // Hz, sampling rate; 0: the device's own rate, 48000 for files
   int channels = 1;             // number of channels of the source, 1 or 2
   int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
-  std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
+  std::uint64_t end_after = 0;  // number of samples after which a device stream ends; 0: never
 };
 
 struct AudioStats {

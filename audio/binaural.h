@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-inline constexpr double kHeadRadius = 0.0875;  // m, mean adult head (Brown & Duda)
+inline constexpr double kHeadRadius = 0.0875;  // m, mean radius of an adult head (Brown & Duda)
 inline constexpr double kSpeedOfSound = 343;   // m/s
 /// m, distance from the midpoint of the eyes back to the midpoint of the ears
 inline constexpr double kEarsBehindEyes = 0.09;
@@ -22,8 +22,9 @@ struct EarAngles {
   double left = kPiHalf, right = kPiHalf;
   static constexpr double kPiHalf = 1.5707963267948966;
 };
-/// `source_W`, `eyes_W`: m, the source and the midpoint of the eyes. `right_W`: unit vector from the left to the right
-/// eye. The head is assumed to face the source. A source closer than the head's radius counts as straight ahead.
+/// Returns the direction of a source. `source_W`, `eyes_W`: m, positions of the source and of the midpoint of the eyes.
+/// `right_W`: unit vector from the left to the right eye. The head is assumed to face the source. A source closer than
+/// the head's radius counts as straight ahead.
 EarAngles ear_angles(const dvec3& source_W, const dvec3& eyes_W, const dvec3& right_W);
 
 /// Returns the delay (s) of the sound at an ear, compared with its arrival at the head's centre; negative if the ear

@@ -1,4 +1,5 @@
-// A table of the hand's contact over time: contact files for `typodont sound synth`, or the ticks of a servo run.
+// A table of the hand's contact over time. It comes from a contact file for `typodont sound synth`, or from the ticks
+// of a servo run.
 #pragma once
 
 #include <cstddef>

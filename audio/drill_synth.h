@@ -19,7 +19,7 @@ struct SoundState {
   double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
   double force = 0;         // N
-  double removal_rate = 0;  // m³/s
+  double removal_rate = 0;  // m³/s, removal rate
   Tissue tissue = Tissue::kAir;
   bool cutting_tool = true;  // false for hand instruments: they scrape and tap
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound

@@ -13,7 +13,7 @@
 
 namespace typodont::audio {
 
-/// A tone at a multiple of the rotor's frequency, for drills without a recording of this tone.
+/// A tone at a multiple of the rotor's frequency. It is used for drills without a recording of this tone.
 struct RotorTone {
   double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
   double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
@@ -24,8 +24,8 @@ struct RotorTone {
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N, force of the contact
-  double contact_area = 0;  // m²
-  double removal_rate = 0;  // m³/s
+  double contact_area = 0;  // m², contact area
+  double removal_rate = 0;  // m³/s, removal rate
   double spindle = 0;       // rad/s, spindle speed at work
   double level_dB = 0;      // dB, change of the level of the whole sound
   double high_dB = 0;       // dB, change of the level above 4 kHz

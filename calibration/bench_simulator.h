@@ -14,7 +14,7 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
-  bool arm_errors = true;     // link errors of ±1 mm, joint errors of ±1°, scale errors of ±0.5 %
+  bool arm_errors = true;     // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
   // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
   // up to twice this value
   double placement_error = 0.02;
@@ -29,7 +29,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The nominal bench from the drawings; the routine starts with it.
+  /// Returns the nominal bench from the drawings, with which the routine starts.
   BenchState drawings() const;
 
   /// Returns the encoder readings while the tip is exactly at p_W. The orientation of the wrist is arbitrary.
@@ -64,7 +64,8 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the routine step by step, from the drawings on: captures, then the solution.
+/// Runs the routine step by step, beginning with the bench of the drawings. Each step makes its captures, then solves
+/// them.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

@@ -27,7 +27,7 @@ struct PosePairs {
 
 /// Reads pairs of points. Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or other letters for the two frames.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
-Stream read_stream(const std::filesystem::path& file);  // columns t_s,x_mm,y_mm,z_mm
+Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
 /// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length
 /// must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);

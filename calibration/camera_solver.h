@@ -29,7 +29,7 @@ struct Sighting {
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;         // position on the panel
   dvec3 touched_W{0, 0, 0};  // m, point touched with the stylus; equal values mean the same point
-  double px = 0, py = 0;     // pixels, right and down from the centre of the first pixel
+  double px = 0, py = 0;     // pixels, position to the right of and below the centre of the first pixel
 };
 
 struct CameraOptions {
@@ -55,11 +55,12 @@ struct CameraResult {
   std::string not_determined;  // parameters that the sightings do not determine; empty: none
 };
 
-/// `start`: the nominal panel, used as the initial guess. Throws Error if there are no sightings of the panel.
+/// Calibrates from sightings. `start`: the nominal panel, used as the initial guess. Throws Error if there are no
+/// sightings of the panel.
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
-/// Position in a picture of the camera.
+/// A position in a picture of the camera.
 struct Pixel {
   double x = 0, y = 0;
 };

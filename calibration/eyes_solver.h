@@ -13,7 +13,7 @@
 namespace typodont::calibration {
 
 struct EyeAlignment {
-  bool right = false;  // the eye that saw the dot
+  bool right = false;  // true: the right eye saw the dot; false: the left eye
   PanelPoint dot;
   dvec3 p_W{0, 0, 0};  // m, position of the stylus tip
 };

@@ -11,9 +11,9 @@
 
 namespace typodont::calibration {
 
-/// The least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16 pairs
-/// and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the best
-/// solutions.
+/// Returns the least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16
+/// pairs and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the
+/// best solutions.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
 /// Reasons why a registration cannot be trusted.

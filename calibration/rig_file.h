@@ -43,7 +43,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// Results of all steps as JSON, for --json and for "calibration.steps" of the rig.
+/// Returns the results of all steps as JSON, for --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

@@ -58,7 +58,7 @@ inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// Midpoint of the shortest connection between two lines of sight.
+/// Returns the midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
 /// Returns the position at which a user sees a point that a program draws at p_W. The program assumes the geometry

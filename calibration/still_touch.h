@@ -1,5 +1,6 @@
-// Extracts touches from the samples of a hand: the mean over a tenth of a second before the pedal is pressed, if the
-// tip was at rest then. The time before the press is used because pressing the pedal shakes the hand.
+// Extracts touches from the samples of a hand. A touch is the mean over a tenth of a second before the pedal is
+// pressed, if the tip was at rest during this time. The time before the press is used because pressing the pedal shakes
+// the hand.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@ class StillTouch {
  public:
   struct Limits {
     double window = 0.1;     // s, averaging time
-    double radius = 0.3e-3;  // m, largest distance of a sample from the mean
+    double radius = 0.3e-3;  // m, limit of the distance of a sample from the mean
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
@@ -45,7 +46,7 @@ class StillTouch {
   }
 
   Limits limits_;
-  std::vector<Sample> samples_;  // ring buffer
+  std::vector<Sample> samples_;  // ring buffer of the samples
   std::size_t next_ = 0, count_ = 0;
   bool pedal_down_ = true;
   dvec3 mean_{0};

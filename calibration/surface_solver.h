@@ -15,14 +15,14 @@ namespace typodont::calibration {
 /// A point of the scanned surface. All points represent the same area.
 struct SurfacePoint {
   dvec3 p_S;
-  dvec3 n_S;  // unit, outward
+  dvec3 n_S;  // unit normal, outward
 };
 
 /// The field at a point of D. `known`: true if the nearest surface is close enough and belongs to the part that is
 /// registered.
 struct FieldSample {
   bool known = false;
-  double distance = 0;  // m, negative inside
+  double distance = 0;  // m, distance to the nearest surface; negative inside
   dvec3 gradient{0};    // gradient of the distance, per m, in D
 };
 using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;

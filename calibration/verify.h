@@ -23,7 +23,7 @@ struct MapPoint {
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, rms, mean and largest error of the touches, including noise
   double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
   // m, rms and largest value of the systematic error in the workspace. The systematic error is a smooth field that is
   // fitted to the errors of the touches. The part that the touches' noise adds to the field is subtracted.
@@ -32,11 +32,11 @@ struct VerifyResult {
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
   std::vector<MapPoint> map;          // points of a grid of 9×9×9; x changes fastest
-  std::vector<double> residuals;      // m, one per touch
+  std::vector<double> residuals;      // m, residual of each touch
   std::vector<std::size_t> outliers;  // indices of the touches far from the field
   Tolerance tolerance;
   bool pass = false;
-  std::string verdict;  // one sentence
+  std::string verdict;  // the result as one sentence
 };
 
 /// Evaluates a registration with pairs of points: p_H was touched, p_D was shown. Throws Error if there is no pair.

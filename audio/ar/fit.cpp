@@ -28,7 +28,8 @@ namespace {
 
 // Hz, lower limit of the frequencies in the distances, because the window cannot resolve lower frequencies
 constexpr double kLowestCompared = 60;
-constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
+// limit of the peak amplitude, -60 dB re full scale; a recording with a lower amplitude counts as silent
+constexpr double kSilence = 1e-3;
 // dB, distance below the loud part's level at which the ends of the recording count as silence
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
@@ -112,7 +113,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// Indices of the first audible sample and of the sample after the last audible sample.
+/// Returns the indices of the first audible sample and of the sample after the last audible sample.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -125,7 +126,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// The longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
+/// Returns the longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -148,7 +149,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
 /// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to distinguish 50 Hz from 60 Hz
+  if (static_cast<double>(points) < 0.5 * rate) return 0;  // the spectrum is too coarse to distinguish 50 Hz from 60 Hz
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
   for (const double mains : {50.0, 60.0}) {
@@ -170,9 +171,9 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;
     if (w > 0.9 * kPi) break;
-    // A notch with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
+    // A notch filter with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
-    const double gain = (1 + c * r + r * r) / (2 + c);  // gain of 1 at 0 Hz
+    const double gain = (1 + c * r + r * r) / (2 + c);  // factor for a gain of 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
       double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
       for (double& v : x) {

@@ -11,7 +11,7 @@ namespace typodont::audio {
 
 /// Amplitude and frequency of one spectral line over time, one entry per kLineStep samples.
 struct LineTrack {
-  double frequency = 0;           // Hz, mean
+  double frequency = 0;           // Hz, mean frequency
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1

@@ -19,7 +19,7 @@ class GaussianNoise {
   explicit GaussianNoise(std::uint64_t seed) noexcept;
   /// Writes `count` samples; `count` is a multiple of 32.
   void fill(float* out, int count) noexcept;
-  /// One sample, for uses that are not time-critical.
+  /// Returns one sample, for uses that are not time-critical.
   float next() noexcept;
 
  private:

@@ -13,8 +13,8 @@ struct SpectralLine {
   double prominence = 0;  // dB, height above the median of the neighbouring spectrum
   double level_dB = 0;    // dB re 1/Hz, power density
 };
-/// Peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer window
-/// resolves weaker lines if their frequency is constant.
+/// Returns the peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer
+/// window resolves weaker lines if their frequency is constant.
 std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB = 8,
                                          double window = kLineWindow);
 

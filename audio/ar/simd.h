@@ -1,5 +1,5 @@
-// Vectors of fixed length. The operations and their order do not depend on the processor's vector length, so the sound
-// has the same bits on every processor. (The build forbids contraction to fused multiply-add.)
+// Vectors of fixed length for SIMD instructions. The operations and their order do not depend on the processor's vector
+// length, so the sound has the same bits on every processor. (The build forbids contraction to fused multiply-add.)
 #pragma once
 
 #include <cstdint>

@@ -97,8 +97,8 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Low-pass filters one octave above (two poles) and one octave below the rate of asperities; their difference is a
-  // band-pass.
+  // Two low-pass filters, one octave above (two poles) and one octave below the rate of asperities. Their difference is
+  // a band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);
@@ -145,8 +145,8 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // The output is normalised to a standard deviation of 1: the energy of the filter's impulse response is its gain
-  // for white noise.
+  // The output is normalised to a standard deviation of 1. The gain of the filter for white noise is the energy of its
+  // impulse response.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);

@@ -42,7 +42,7 @@ class Scrape {
   GaussianNoise noise_;
   float per_radian_;
   float low_ = 0, high_[2] = {}, damped_[2] = {};
-  std::array<float, kTissueCount> damping_;  // coefficient of the tissue's low-pass
+  std::array<float, kTissueCount> damping_;  // coefficient of each tissue's low-pass filter
 };
 
 /// A saliva ejector: noise through a resonance, modulated slowly (gurgling).

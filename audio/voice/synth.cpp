@@ -30,7 +30,7 @@ constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured
 // limit, as a ratio to the free speed: a larger change of the speed between two ticks is caused by switching, not by
 // load
 constexpr double kJump = 0.5;
-constexpr double kAtRest = 0.03;         // ratio to free speed below which the drill is silent
+constexpr double kAtRest = 0.03;         // limit, as a ratio to the free speed; at a lower speed the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 // N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
@@ -94,7 +94,7 @@ float finite_or_zero(double v, double most) noexcept {
   return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, most)) : 0.0f;
 }
 
-/// Mean power of the idling drill.
+/// Returns the mean power of the idling drill.
 double idle_power(const SoundModels& models) {
   double power = power_of(models.idle);
   for (const RotorTone& tone : models.tones) power += tone.amplitude * tone.amplitude / 2;
@@ -199,7 +199,7 @@ struct DrillSynth::Impl {
     const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue has the sound of dentin
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Drill: cross-fade from the idle sound to the tissue's working sound at equal power.
+    // Drill: fades from the idle sound to the tissue's working sound at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     for (std::size_t t = 1; t < weights.size(); ++t) {

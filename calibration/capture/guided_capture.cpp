@@ -110,7 +110,7 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // A mark is shown on the panel if the panel is to be touched; otherwise in space, for both eyes.
+    // If the panel must be touched, a mark is shown on the panel. Otherwise a point is shown in space, for both eyes.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -140,7 +140,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
       break;
     case Step::kEyes: {
-      // Alternates between the eyes, over different depths and positions.
+      // The targets alternate between the eyes, with different depths and positions.
       const Box& box = bench_.workspace_D;
       const dvec3 wider = 0.15 * (box.high - box.low);
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));

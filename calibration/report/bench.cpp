@@ -237,7 +237,7 @@ void camera_rows(std::vector<BenchRow>& rows, bool quick) {
   for (const int pictures : {6, 12}) {
     if (quick && pictures > 6) break;
     const int runs = quick ? 2 : 8;
-    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the other one
+    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the solver for comparison
     std::vector<double> our_time, their_time;
     int corners = 0;
     for (int run = 0; run < runs; ++run) {

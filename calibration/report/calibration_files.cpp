@@ -173,7 +173,7 @@ std::vector<dvec3> read_points(const std::filesystem::path& file) {
 
 namespace {
 
-/// 6×6 covariance of rotation (rad) and translation, with lengths converted from m to mm.
+/// Returns the 6×6 covariance of rotation (rad) and translation, with lengths converted from m to mm.
 Value covariance_value(const std::array<double, 36>& covariance) {
   Value rows = Value::array();
   for (std::size_t i = 0; i < 6; ++i) {

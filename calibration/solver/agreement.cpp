@@ -375,7 +375,7 @@ class KnownNoise {
   }
 
  private:
-  // SplitMix64, because seeding a standard generator takes longer than this whole computation.
+  // Random numbers by SplitMix64, because seeding a standard generator takes longer than this whole computation.
   std::size_t random_index(std::uint64_t& state) const {
     std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;

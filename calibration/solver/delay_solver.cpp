@@ -130,7 +130,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// Slope of the stream at sample k, computed from ±m samples without sample k itself.
+// Computes the slope of the stream at sample k from the samples k ± 1 … k ± m, without sample k itself.
 bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return false;
   double mean_t = 0;
@@ -152,8 +152,8 @@ bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   return true;
 }
 
-// Sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise have the
-// variance 70 σ².
+// Estimates the sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise
+// have the variance 70 σ².
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -180,7 +180,7 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
+  /// Returns the mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -218,7 +218,7 @@ class Matcher {
     bool determined = false;
   };
 
-  /// Instrumental-variable estimate from an initial value near the minimum.
+  /// Computes the instrumental-variable estimate from an initial value near the minimum.
   Solution solve(Shift shift, bool rotate, bool skew, double horizon) const {
     const double stop = start_ + horizon, middle = 0.5 * (start_ + std::min(end_, stop));
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
@@ -365,7 +365,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // delay = sign · u
+  const double sign = a_asks ? -1 : 1;  // the delay is sign · u
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {

@@ -139,7 +139,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     const double a = trace - B[0][0], b = trace - B[1][1], c = trace - B[2][2];
     const double d = -0.5 * (B[0][1] + B[1][0]), e = -0.5 * (B[0][2] + B[2][0]), f = -0.5 * (B[1][2] + B[2][1]);
     const double det = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
-    if (!(det > 1e-12)) break;  // the rotation is undetermined: nothing to refine
+    if (!(det > 1e-12)) break;  // the rotation is undetermined, so nothing can be refined
     const dvec3 delta((w.x * (b * c - f * f) + w.y * (e * f - d * c) + w.z * (d * f - b * e)) / det,
                       (w.x * (e * f - d * c) + w.y * (a * c - e * e) + w.z * (d * e - a * f)) / det,
                       (w.x * (d * f - b * e) + w.y * (d * e - a * f) + w.z * (a * b - d * d)) / det);

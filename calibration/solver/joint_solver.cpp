@@ -35,8 +35,8 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// Derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its angular
-/// velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+/// Returns the derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its
+/// angular velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
@@ -149,7 +149,7 @@ class Model {
     return {0.5 * (l + r), glm::length(r - l), glm::normalize(r - l)};
   }
 
-  /// Indices of the unknowns that a block depends on.
+  /// Returns the indices of the unknowns on which a block depends.
   std::vector<Eigen::Index> unknowns(std::size_t block) const {
     std::vector<Eigen::Index> list;
     const auto range = [&](Eigen::Index first, Eigen::Index count) {
@@ -279,7 +279,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// Derivative of the mirror's normal with respect to its two tilts.
+  /// Returns the derivatives of the mirror's normal with respect to its two tilts.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);

@@ -29,7 +29,7 @@ constexpr double kSplitChance = 1e-3;
 // Upper limit of the ratio of the noise with the added pairs to the noise without them; wrong pairs exceed this
 // limit.
 constexpr double kNoNoisier = 1.5;
-constexpr double kUndetermined = 1e16;  // condition number beyond double precision
+constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
 Vector3d eigen(const dvec3& v) {
@@ -48,7 +48,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 struct Scatter {
-  Vector3d values;  // ascending: sums of squares along each principal axis
+  Vector3d values;  // sums of squares along each principal axis, ascending
   Matrix3d axes;    // principal axes in H, one per column
 };
 
@@ -377,7 +377,8 @@ class Registration {
   Scatter scatter_;
   Vector3d spread_;                              // m, rms extent of the points along the principal axes, ascending
   double noise_ = 0;                             // m per axis, largest noise with which the residuals are compatible
-  bool coincident_ = false, collinear_ = false;  // the points coincide, or lie on a line, within rounding errors
+  // true if all points coincide, or lie on a line, within rounding errors
+  bool coincident_ = false, collinear_ = false;
   int undetermined_ = 0;                         // number of undetermined rotations
 };
 

@@ -8,7 +8,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Regularised lower incomplete gamma function by series and continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
+// Returns the regularised lower incomplete gamma function, computed by a series or a continued fraction (Abramowitz &
+// Stegun 6.5.29, 6.5.31).
 double gamma_p(double a, double x) {
   if (x <= 0) return 0;
   const double scale = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -29,7 +30,8 @@ double gamma_p(double a, double x) {
   return 1 - scale * h;
 }
 
-// Continued fraction of the incomplete beta function (Abramowitz & Stegun 26.5.8), by Lentz's method.
+// Returns the continued fraction of the incomplete beta function (Abramowitz & Stegun 26.5.8), computed by Lentz's
+// method.
 double beta_fraction(double a, double b, double x) {
   const double tiny = 1e-300;
   double c = 1, d = 1 - (a + b) * x / (a + 1);

@@ -22,7 +22,7 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
 constexpr double kFaces = 0.5;    // lower limit of the cosine of the angle between the normals of both surfaces
-constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
+constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
 constexpr double kShrink = 0.8;        // factor by which the robust limit decreases in each round
@@ -138,7 +138,7 @@ class SurfaceFit {
     return H;
   }
 
-  /// One Gauss–Newton step. Returns its length, m.
+  /// Makes one Gauss–Newton step. Returns the length of the step, m.
   double move() {
     Vector7 g = Vector7::Zero();
     double total = 0;

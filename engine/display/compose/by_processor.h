@@ -41,7 +41,7 @@ class ProcessorComposer {
     std::vector<std::uint32_t> pixels;  // pixels of a row, BGRA, as wide as the target
     int of = -1;                        // index of the source row; -1: none
   };
-  /// A row of an eye's picture, stretched to the target's columns.
+  /// Returns a row of an eye's picture, stretched to the target's columns.
   const std::uint32_t* stretched(const EyePixels& eyes, int eye, int row, int first, int count);
   std::array<std::array<Row, 2>, 2> rows_;  // the last two requested rows for each eye
   std::vector<std::uint32_t> other_;        // row of the second eye, if both eyes are mixed into one row
