@@ -125,7 +125,7 @@ struct Compositor::Impl {
     static const Hud kNothing;
     return hud ? *hud : kNothing;
   }
-  /// Number of regions in a layout.
+  /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
   /// Draws the text that changed. Returns the parts of the target that change, for each eye's region.

@@ -28,7 +28,8 @@ std::string_view name_of(Layout layout) noexcept;
 
 /// The physical panel. Its corners are named for the upright picture.
 struct Screen {
-  dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};  // m, W
+  /// m, W, three corners of the panel
+  dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
 };
@@ -100,7 +101,7 @@ struct ClipRange {
   double far = 2.0;   // m, distance of the far plane from the eye along the picture's normal
 };
 
-/// Cross-section of the frustum with the near plane, m, in E.
+/// Cross-section of the frustum with the near plane; m, frame E.
 struct Frustum {
   double left = 0, right = 0, bottom = 0, top = 0, near = 0, far = 0;
 };
@@ -114,42 +115,43 @@ struct EyeView {
   bool flip = false;  // true if the picture is seen in a mirror; the winding of front faces is then reversed
 };
 
-/// The projection in OpenGL's clip space (y up, depth −1..1), as in the literature; for comparison.
+/// Returns the projection in OpenGL's clip space (y up, depth −1..1), as in the literature; for comparison.
 dmat4 opengl_projection(const Frustum& frustum);
-/// The projection in Vulkan's clip space (y down, depth 0..1).
+/// Returns the projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
+/// Returns the reflection of p in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
-/// The mirror image of the panel.
+/// Returns the mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the midpoint p_WC
-/// between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement, so that
-/// corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a pixel.
-/// The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
+/// Returns the displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the
+/// midpoint p_WC between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement,
+/// so that corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a
+/// pixel. The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
 /// degrees.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
-/// Generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen, or to its mirror image if there
-/// is a mirror (real eye, reflected screen). `shift` is the glass_shift() of the picture. Throws Error if the eye lies
-/// behind the picture or in its plane.
+/// Returns the generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen. If there is a
+/// mirror, the projection is from the real eye to the screen's mirror image. `shift` is the glass_shift() of the
+/// picture. Throws Error if the eye lies behind the picture or in its plane.
 EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
                  const dvec3& shift = dvec3(0));
 
-/// Positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
+/// Returns the positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// Returns true if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is closer or more distant.
+/// Returns the near and far planes around the workspace: 0.1 m and 2 m, or farther apart if the picture is closer or
+/// more distant.
 ClipRange clip_range(const DisplayRig& rig);
-/// Views of the left and the right eye.
+/// Returns the views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 
-/// Orientation in which flat text must be drawn so that the user can read it upright. The columns are the user's
-/// right and up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly one
-/// axis.
+/// Returns the orientation in which flat text must be drawn so that the user can read it upright. The columns are the
+/// user's right and up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly
+/// one axis.
 dmat2 upright(const DisplayRig& rig);
 
 /// Returns the matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
@@ -160,7 +162,8 @@ std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 /// function returns the size of the composed screen for an eye's picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
-/// Inverse of screen_pixels(): size of one eye's picture in pixels, in a composed screen of the given size.
+/// Returns the size (pixels) of one eye's picture in a composed screen of the given size. This is the inverse of
+/// screen_pixels().
 ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

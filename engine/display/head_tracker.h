@@ -65,7 +65,7 @@ class HeadTracker {
  public:
   struct Stats {
     std::uint64_t samples = 0;
-    std::uint64_t dropped = 0;  // packets with invalid content
+    std::uint64_t dropped = 0;  // number of packets with invalid content
   };
 
   /// Opens the socket at the address `rig.head.tracker`. The rest pose is given by the rig's eye centre and right

@@ -46,7 +46,7 @@ struct HmdFrame {
 struct HmdTiming {
   Nanos t = 0;  // ns, time at which the frame's poses were requested
   bool drawn = false;
-  int missed = 0;             // refreshes of the display without a new picture since the previous frame
+  int missed = 0;             // number of refreshes of the display without a new picture since the previous frame
   double pose_to_submit = 0;  // s, time from the request for poses to the submission of the picture
   double margin = -1e9;       // s, time from the submission to the predicted display; −1e9: unknown
   bool judged = false;        // true if the predicted head pose could be compared with the measured one
@@ -78,7 +78,7 @@ class Hmd {
   /// Processes events and session states. Returns false if the session ended normally. Throws RunFailure if the
   /// session was lost.
   virtual bool poll() = 0;
-  /// True if the runtime requests frames. If false, the caller sleeps briefly and polls again.
+  /// Returns true if the runtime requests frames. If false, the caller sleeps briefly and polls again.
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
@@ -88,7 +88,8 @@ class Hmd {
     std::uint32_t layer = 0;
   };
   virtual void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Depth, 2>& depth) = 0;
-  /// Call after the commands were submitted (frame.draw), or directly after wait() if nothing is drawn.
+  /// Passes the frame to the runtime. Call this function after the commands were submitted (if frame.draw is true), or
+  /// directly after wait() if nothing is drawn.
   virtual void submit(const HmdFrame& frame) = 0;
   virtual void vibrate(int hand, const Vibration& vibration) = 0;
   /// Asks the runtime to end the session. poll() then returns false after some calls.
@@ -97,8 +98,8 @@ class Hmd {
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
   virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
-  /// Triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed since the
-  /// last call.
+  /// Returns the triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed
+  /// since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;

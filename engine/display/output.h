@@ -55,10 +55,11 @@ class Compositor {
   /// first entry is used.
   using Huds = std::array<const Hud*, 2>;
 
-  /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: row of the panel at which the target
-  /// begins, so that a row-interleaved panel shows the correct eye at every window position. `changed`: the parts of
-  /// each eye's picture that are new since the last record(). If the target contains an earlier frame, only the missing
-  /// parts are drawn. Returns the parts of the target that are drawn; no value: everything.
+  /// Records the commands that compose the pictures in the target. `pictures`: two layers or one, in SHADER_READ_ONLY
+  /// layout. `first_row`: row of the panel at which the target begins, so that a row-interleaved panel shows the
+  /// correct eye at every window position. `changed`: the parts of each eye's picture that are new since the last
+  /// record(). If the target contains an earlier frame, only the missing parts are drawn. Returns the parts of the
+  /// target that are drawn; no value: everything.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
@@ -78,7 +79,7 @@ struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};                               // position in the picture, −1..1, y up
   bool left = false, right = false, middle = false;  // true: down, or pressed and released since the last poll
-  bool shift = false;                                // the shift key is down
+  bool shift = false;                                // true if the shift key is down
   double wheel = 0;                                  // steps of the wheel since the last poll
   std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
@@ -119,9 +120,9 @@ class Output {
   virtual UserInput poll() { return {}; }
   /// Waits until an event from the user or the desktop arrives, but at most for the time `most` (ns).
   virtual void wait(Nanos most);
-  /// Number of requests that all windows of the program have sent to the desktop so far.
+  /// Returns the number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
-  /// Scale factor for text; 1 on an ordinary screen.
+  /// Returns the scale factor for text, which is 1 on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
   /// Makes this window receive the keyboard input.
@@ -131,13 +132,13 @@ class Output {
   /// Call if another window covers this monitor. Moves this window to the next monitor, if one exists, and limits its
   /// size to that monitor.
   virtual void leave_monitor(int) {}
-  /// Time between two refreshes of the screen, s; 0 for a picture in memory.
+  /// Returns the time (s) between two refreshes of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back as RGBA bytes. Only for a picture in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 
-/// True if there is a desktop on which a window can be opened.
+/// Returns true if there is a desktop on which a window can be opened.
 bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
@@ -147,17 +148,18 @@ struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
   int output = -1;                      // number of the monitor for full screen; −1: a window
-  bool fits_screen = false;             // limits the window's size to the screen's free area
-  bool stereo_surface = false;          // requests a surface with two layers, for frame-sequential displays
-  bool composed = false;                // a Compositor fills the targets; with software rendering, in memory
+  bool fits_screen = false;             // true: the window's size is limited to the screen's free area
+  bool stereo_surface = false;          // true: requests a surface with two layers, for frame-sequential displays
+  /// true: a Compositor fills the targets; with software rendering, the targets are in memory
+  bool composed = false;
   double most_frames_per_second = 120;  // Hz, limit of the frame rate if presenting does not wait for the screen
 };
-/// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
+/// Returns the Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();
 /// Opens a window, which handles resizing, minimising and a lost surface. Throws Error.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
-/// The connected screens, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error if there is no
-/// desktop.
+/// Returns the connected screens, in the order of WindowOptions::output, for example "DP-1, 1920 × 1080". Throws Error
+/// if there is no desktop.
 std::vector<std::string> monitors();
 #endif
 

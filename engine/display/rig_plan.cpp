@@ -119,7 +119,7 @@ LargestBox largest_box(const std::vector<Limit>& limits) {
   return {room * dvec3(x[0], x[1], x[2]), room * dvec3(x[3], x[4], x[5])};
 }
 
-/// True if two segments cross in the side view (y, z).
+/// Returns true if two segments cross in the side view (y, z).
 bool cross_in_side_view(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   const auto side = [](const dvec3& p, const dvec3& q, const dvec3& r) {
     return (q.y - p.y) * (r.z - p.z) - (q.z - p.z) * (r.y - p.y);
@@ -194,7 +194,8 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   // Checks that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  const auto within_view = [&](const dvec3& p) {  // p is between the outermost lines of sight, in front of the glass
+  // true if p is between the outermost lines of sight, in front of the glass
+  const auto within_view = [&](const dvec3& p) {
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
     };

@@ -44,7 +44,7 @@ struct BenchPlan {
   std::array<dvec3, 4> glass{};  // m, W: corners of the smallest glass: near left, near right, far right, far left
   double glass_width = 0, glass_length = 0;  // m, size of this glass
   dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; low = high: no box exists
-  std::array<Face, 6> faces;                 // order: -x, +x, -y, +y, -z, +z
+  std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
   std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can be built

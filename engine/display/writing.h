@@ -19,7 +19,8 @@ struct HudWords {
   char decimal = '.';
 };
 
-/// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
+/// Returns the speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10
+/// rpm.
 std::string spindle_text(double krpm, const HudWords& words = {});
 /// Returns true if the font has all characters of `text` (UTF-8).
 bool can_write(std::string_view text);

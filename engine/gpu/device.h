@@ -85,11 +85,11 @@ struct Device {
   static Device create(const DeviceOptions& options);
   void destroy();
 
-  /// Lets the next submission fail with DeviceLost. For tests.
+  /// Lets the next submission fail with DeviceLost. Only for tests.
   void lose() { lose_ = true; }
   bool take_loss() { return std::exchange(lose_, false); }
 
-  int validation_messages() const;  // number of warnings and errors so far
+  int validation_messages() const;  // number of validation warnings and errors so far
   std::string name() const { return properties.deviceName; }
 
   Allocation allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,

@@ -20,7 +20,7 @@ constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets th
 // limit of the fraction of a sample's rays that meet the back of a triangle; a larger fraction means that the sample is
 // inside a body
 constexpr double kInside = 0.25;
-constexpr float kMargin = 20e-6f;  // m, distance from a surface at which a ray starts
+constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
 // in spacings of the grid, largest change of the lookup's position by the smooth normals of a curved surface
 constexpr float kCurved = 0.15f;

@@ -34,7 +34,8 @@ struct LightSources {
   std::function<glm::vec3(const glm::vec3& direction)> room;
   glm::vec3 toward_lamp{0, 0, 1};  // unit vector towards the lamp
   float lamp_half_angle = 0;       // rad, half the angle that the lamp subtends
-  glm::vec3 lamp{0};               // radiance that a white surface facing the lamp reflects: irradiance over π
+  /// radiance that a white surface facing the lamp reflects: the irradiance divided by π
+  glm::vec3 lamp{0};
 };
 /// Returns the sources that the shaders use.
 LightSources sources_of(const Lights& lights);

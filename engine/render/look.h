@@ -58,7 +58,7 @@ inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3&
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
-/// Colours for tests and pictures of meshes that have no material table. sRGB.
+/// Returns sRGB colours for tests and pictures of meshes that have no material table.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };

@@ -19,12 +19,12 @@ glm::dmat4 reflection_in(const Pose& X_WM);
 /// in front of the glass appears at the same distance behind the glass, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// Clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w: offset. Points in
-/// front of the glass have dot(plane, (p, 1)) ≥ 0.
+/// Returns the clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w:
+/// offset. Points in front of the glass have dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size. No value
-/// if the glass is out of view or shows its back.
+/// Returns a box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size.
+/// No value if the glass is out of view or shows its back.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
 /// Returns the mesh of rim, stem and handle, in the mirror's frame M.

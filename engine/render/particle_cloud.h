@@ -19,7 +19,7 @@ namespace typodont::render {
 struct CloudLaw {
   std::size_t capacity = 100'000;
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s²
-  double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³, Pa·s
+  double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
   double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
   double decay_time = 2, lifetime = 6;    // s
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
@@ -52,7 +52,7 @@ class ParticleCloud {
   std::size_t add(std::span<const CloudParticle> born);
   /// Sets the suction nozzle at p_W: flow in m³/s (0: switched off), radius in m.
   void suck(const glm::dvec3& p_W, double flow, double radius);
-  /// Adds dt seconds of motion, which the next record() computes.
+  /// Adds dt seconds of motion. The next record() computes this motion.
   void advance(double dt);
   std::size_t alive() const { return count_; }
   std::size_t room() const { return law_.capacity - count_; }
@@ -61,7 +61,7 @@ class ParticleCloud {
 
   /// Records the compute commands for everything requested since the last record(). Call before the drawing pass.
   void record(VkCommandBuffer commands, int slot);
-  /// Instances to draw after the last record(), in the layout of ParticlePass, in one or two ranges.
+  /// Returns the instances to draw after the last record(), in the layout of ParticlePass, in one or two ranges.
   VkBuffer instances() const { return instances_.buffer; }
   struct Run {
     std::uint32_t first = 0, count = 0;

@@ -136,7 +136,7 @@ double hyab(const dvec3& a, const dvec3& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-/// Strength of edges (index 0) and of points (index 1) in the achromatic channel.
+/// Returns the strength of edges (index 0) and of points (index 1) in the achromatic channel.
 std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree) {
   constexpr double kWidth = 0.082;  // deg, width of a feature in the field of view
   const double sigma = 0.5 * kWidth * pixels_per_degree;
@@ -171,7 +171,7 @@ double ciede2000(const dvec3& lab_1, const dvec3& lab_2) {
   const double g = 0.5 * (1 - std::sqrt(seventh(c_mean) / (seventh(c_mean) + seventh(25))));
   const double a1 = (1 + g) * lab_1.y, a2 = (1 + g) * lab_2.y;
   const double c1 = std::hypot(a1, lab_1.z), c2 = std::hypot(a2, lab_2.z);
-  const auto hue = [](double a, double b) {  // degrees, 0..360
+  const auto hue = [](double a, double b) {  // returns the hue angle in degrees, 0..360
     if (a == 0 && b == 0) return 0.0;
     const double h = std::atan2(b, a) * 180 / kPi;
     return h < 0 ? h + 360 : h;

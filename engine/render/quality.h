@@ -20,7 +20,7 @@ struct Quality {
   bool handpiece_shadow = false;   // true: the handpiece casts a shadow on tissue
 };
 
-/// The best level first.
+/// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},

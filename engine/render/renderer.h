@@ -40,7 +40,7 @@ struct Vertex {
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
 
-/// m, tissue that is thicker than this lets no visible light through.
+/// m, limit: thicker tissue lets no visible light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
 
 /// The present content of one brick of a mesh. An empty content removes the brick.
@@ -55,8 +55,8 @@ struct MeshUpdate {
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
-inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // View::kSection
-inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // View::kXray
+inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // shown only in View::kSection
+inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // shown only in View::kXray
 
 /// How the scene is shown: realistically, or in a view for teaching.
 enum class View {
@@ -92,9 +92,9 @@ struct FilmGrid {
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
   std::uint8_t water = 0;   // height of the water: 255 · (1 − exp(−height / 80 µm))
-  std::uint8_t cover = 0;   // 255 · opacity of the solids
+  std::uint8_t cover = 0;   // opacity of the solids, times 255
   std::uint8_t colour = 0;  // colour of the solids: 0 enamel, 128 dentin, 255 caries
-  std::uint8_t blood = 0;   // 255 · fraction of blood in the colour
+  std::uint8_t blood = 0;   // fraction of blood in the colour, times 255
   bool operator==(const FilmTexel&) const = default;
 };
 /// A box of the grid: the samples from lo to hi, both included.
@@ -144,8 +144,8 @@ struct Cursor {
 
 /// The lights of the scene. Directions are given in W and are not mirrored.
 struct Lights {
-  dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
-  dvec3 up{0, 1, 0};             // unit, towards the ceiling
+  dvec3 key{-0.35, 0.55, 0.75};  // unit vector towards the lamp
+  dvec3 up{0, 1, 0};             // unit vector towards the ceiling
   /// unit vector towards the window that glossy surfaces reflect; zero: the window is beside the lamp
   dvec3 window{0, 0, 0};
   double key_strength = 4.0;
@@ -186,10 +186,10 @@ struct PixelBox {
 };
 
 struct FrameStats {
-  bool drawn = false;        // false: nothing has changed and no commands were recorded
+  bool drawn = false;        // true if the frame was drawn; false: nothing has changed and no commands were recorded
   std::uint64_t frames = 0;  // number of frames drawn since the start
   int views = 0;
-  double redrawn = 1;  // redrawn fraction of the pictures
+  double redrawn = 1;  // fraction of the pictures that was redrawn
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
   int bricks_unchanged = 0;  // number of bricks that are in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
@@ -238,20 +238,20 @@ class Renderer {
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.
   /// x, y: clip space of the picture; z: index of the eye.
   void set_hidden(std::span<const glm::vec3> corners);
-  /// If true, depth() provides each frame's depth, which a headset's compositor needs.
+  /// If `keep` is true, depth() provides each frame's depth, which a headset's compositor needs.
   void keep_depth(bool keep);
 
-  /// Records the frame unless it equals the last one; the caller submits the commands. `slot` is the index of the frame
-  /// in flight.
+  /// Records the commands of the frame, unless it equals the last frame; the caller submits the commands. `slot` is the
+  /// index of the frame in flight.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
   /// Returns the eyes' pictures: two layers (one layer if mono), sRGB bytes, ready for sampling or copying after
   /// record().
   const gpu::Image& pictures() const;
-  /// The parts of an eye's picture that the last record() redrew.
+  /// Returns the parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// Depth picture of an eye, format D32, in the layout of a copy source after record(); only if depth is kept.
+  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Only if depth is kept.
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -32,10 +32,10 @@ struct FrameData {
   vec4 background;    // x: 1: the gradient is drawn, 0: black; w: opacity of the background
   vec4 picture;       // xy: size of a pixel in clip space
   vec4 clip;          // clip plane: only points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: everything
-  vec4 section;       // clip plane for tissue only, as `clip`
+  vec4 section;       // clip plane for tissue only, in the same form as `clip`
   vec4 cursor;        // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the line
-  vec4 mirror;        // x: the mouth mirror's radius, m; y: fog; z: 1 over the magnification
+  vec4 mirror;        // x: the mouth mirror's radius, m; y: fog; z: 1 divided by the magnification
   vec4 handpiece[4];  // round cones that cast the handpiece's shadow: head a, b, body a, b; xyz: m; w: radius, m
   // x: half the lamp's width divided by its distance; y: width of the spot's soft border, m; zw: half the spot's width
   // and height, m
@@ -44,9 +44,9 @@ struct FrameData {
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   vec4 tissue_look[16];   // of each tissue: x: roughness; y: metal; z: wetness
-  vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
+  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;      // the grid of LightGrid: xyz: first sample, m, W; w: samples per m
+  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, W; w: samples per m
   vec4 light_samples;     // xyz: number of samples of this grid along each axis
 };
 

@@ -103,7 +103,7 @@ class Window final : public Output {
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // the picture was resized
+        unshown_ = false;  // the last picture cannot be shown any more, because the window was resized
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;
@@ -237,7 +237,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// Time in s between two refreshes of the screen that shows the window.
+  /// Returns the time in s between two refreshes of the screen that shows the window.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();

@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Display names of the controllers. Must be called again after a change of controllers.
+  /// Returns the display names of the controllers. Must be called again after a change of controllers.
   std::string profiles();
 
  private:

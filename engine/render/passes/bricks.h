@@ -26,7 +26,7 @@ inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex:
 /// Content of a brick; it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
 inline constexpr std::size_t kBrickKinds = 5;
-/// The bits of kHolds in frame.glsl for a kind of brick.
+/// Returns the bits of kHolds in frame.glsl for a kind of brick.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
@@ -90,7 +90,7 @@ struct BrickStore {
   /// Frees the memory of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Bounds of the scene; no value if there are no bricks.
+  /// Returns the bounds of the scene; no value if there are no bricks.
   std::optional<SceneBounds> bounds() const;
   /// Returns draw commands for the bricks in an eye's view. The commands are written into this slot's buffer of `into`,
   /// and their counts are added to `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole

@@ -33,10 +33,10 @@ class Tiles {
   bool touch(const Tiles& other) const;
   double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// The marked (or unmarked) tiles within `within`, combined into few boxes.
+  /// Returns the marked (or unmarked) tiles within `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
-  /// Bounding box of all marked tiles.
+  /// Returns the bounding box of all marked tiles.
   PixelBox bounds() const;
 
  private:

@@ -24,12 +24,12 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// Specialisation constants for frame.glsl.
+  /// Returns the specialisation constants for frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
   }
-  /// Options of a pipeline that draws into the eyes' pictures.
+  /// Returns the options of a pipeline that draws into the eyes' pictures.
   gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
                                       std::span<const std::uint32_t> fragment) const {
     gpu::PipelineOptions o;
@@ -45,7 +45,7 @@ struct PassContext {
   }
 };
 
-/// A growing buffer that the host writes; one for each frame in flight.
+/// One buffer for each frame in flight. The host writes the buffers, and they grow as needed.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
   /// Returns a buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.

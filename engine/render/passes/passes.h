@@ -17,16 +17,16 @@ struct ShadowPass {
   /// Redraws the given part of the map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // the new map has the largest depth everywhere: no shadow
+  void create_map(PassContext& context);  // in the new map, the depth is largest everywhere, which means no shadow
   void destroy(gpu::Device& device);
 };
 
 /// Effects on tissue that only some scenes and quality levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;        // the border of the lamp's spot
-  bool film = false;        // water and slurry on the surface
-  bool light_grid = false;  // light from the room and from other surfaces is read from a grid
+  bool spot = false;        // true: the border of the lamp's spot is drawn
+  bool film = false;        // true: water and slurry on the surface are drawn
+  bool light_grid = false;  // true: light from the room and from other surfaces is read from a grid
   bool operator==(const SurfaceEffects&) const = default;
 };
 
@@ -63,7 +63,7 @@ struct IndexedMesh {
 /// A tool's mesh on the GPU.
 struct ToolBody {
   IndexedMesh mesh;
-  int blades = 1;                                           // ToolMesh::blades
+  int blades = 1;                                           // number of blades, see ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
   /// angle.

@@ -39,11 +39,11 @@ class Targets {
   /// drawn.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear);
-  /// `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
+  /// Ends the pass. `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// If layered(), after the scene is drawn: stores the scene's new depth, and copies the `restored` parts of the scene
-  /// into the pictures. Passes between begin_over() and end_over() then draw over them.
+  /// Call it if layered(), after the scene is drawn. It stores the scene's new depth, and copies the `restored` parts
+  /// of the scene into the pictures. Passes between begin_over() and end_over() then draw over these parts.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);

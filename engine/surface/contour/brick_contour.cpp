@@ -35,12 +35,12 @@ constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle be
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature
+constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature()
 constexpr float kMaxLift = 0.1f;       // upper limit of the lift divided by s
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, limit of the distance of a crease vertex outside its cell
-// Voxels: limits of |trilinear interpolation of the field| at an accepted vertex, on a crease (kCreaseValue) and
-// elsewhere.
+// voxels, limits of the absolute value of the field (by trilinear interpolation) at an accepted vertex: on a crease
+// (kCreaseValue) and elsewhere
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
@@ -73,8 +73,8 @@ struct Node {
   std::uint16_t vertex = kNone;
 };
 
-// Bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³ corners: (x·3 +
-// y)·3 + z.
+// Returns the bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³
+// corners: (x·3 + y)·3 + z.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
