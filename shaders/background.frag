@@ -5,7 +5,7 @@
 layout(location = 0) in vec2 in_place;
 layout(location = 0) out vec4 out_color;
 
-// A dark studio wall, or black. It is equal for both eyes, because it lies on the screen plane, where disparity is
+// The background: a dark studio wall, or black. It is equal for both eyes, because it lies on the screen plane, where disparity is
 // zero.
 void main() {
   vec2 p = in_place - vec2(0.0, -0.15);

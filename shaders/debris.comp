@@ -1,17 +1,17 @@
 #version 460
-// One step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
+// Computes one step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
 // Debris::State::update_fully). Every particle gets a full update in every step. The shader also writes the instances for
 // drawing.
 layout(local_size_x = 64) in;
 
 struct Particle {
   vec4 place;   // xyz: m, W; w: age, s
-  vec4 motion;  // xyz: m/s; w: initial mass, kg; 0: removed by suction
+  vec4 motion;  // xyz: velocity, m/s; w: initial mass, kg; 0: removed by suction
   vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words per instance
-layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m, distance field
+layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m, samples of the distance field
 layout(push_constant) uniform Step {
   vec4 gravity;  // xyz: m/s²; w: length of the step, s
   vec4 origin;  // xyz: origin of the field, m; w: its spacing, m

@@ -19,7 +19,7 @@ vec4 film_at(vec3 world) {
 void cover_with_film(vec4 film, inout vec3 color, inout vec4 look) {
   vec3 cream = mix(frame.tissue_color[2].rgb, vec3(0.90, 0.84, 0.70), 0.5);
   vec3 white = mix(frame.tissue_color[1].rgb, vec3(0.95), 0.6);
-  vec3 brown = mix(frame.tissue_color[3].rgb, cream, 0.3);  // powder is paler than the tissue
+  vec3 brown = mix(frame.tissue_color[3].rgb, cream, 0.3);  // brown of carious powder, which is paler than the tissue
   vec3 solids = film.z < 0.5 ? mix(white, cream, 2.0 * film.z) : mix(cream, brown, 2.0 * film.z - 1.0);
   solids = mix(solids, vec3(0.30, 0.012, 0.014), film.w);
   float wet = smoothstep(0.01, 0.12, film.x);  // even a few micrometres of water make the surface shiny

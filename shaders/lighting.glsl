@@ -36,7 +36,7 @@ float tool_shadow(vec3 p) {
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
   float head = passes(t, length(c - t * l), frame.tool_head.w);
-  // Find the cylinder's point nearest to the ray.
+  // Finds the point of the cylinder that is nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
@@ -267,8 +267,8 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
 /// Gloss that is computed per vertex: its wide part, and parameters for the lamp's mirror image, which is computed per
 /// pixel.
 struct CornerGloss {
-  vec3 broad;  // reflection of the room
-  vec3 lamp;  // multiply by spot(n · half, width) for each pixel
+  vec3 broad;  // wide part: reflection of the room
+  vec3 lamp;  // the lamp's mirror image: must be multiplied by spot(n · half, width) for each pixel
   float width;  // width of the lamp's image
 };
 CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, Around around) {

@@ -7,8 +7,8 @@
 // strip of four corners.
 layout(constant_id = 6) const bool kCorners = false;
 
-layout(location = 0) in vec4 in_particle;  // xyz: m, W; w: radius, m
-layout(location = 1) in vec4 in_color;     // sRGB; w: opacity
+layout(location = 0) in vec4 in_particle;  // xyz: position, m, W; w: radius, m
+layout(location = 1) in vec4 in_color;     // rgb: sRGB; a: opacity
 
 layout(location = 0) out vec2 out_corner;
 layout(location = 1) out vec4 out_color;

@@ -5,7 +5,7 @@
 layout(local_size_x = 64) in;
 
 struct Contact {
-  double t;  // above 1: no contact
+  double t;  // time of the contact as a fraction of the motion; above 1: no contact
   uint ball, sphere;
 };
 layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[]; };

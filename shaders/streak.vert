@@ -4,9 +4,9 @@
 #include "frame.glsl"
 
 // A droplet in flight, drawn as a short streak. Each streak is stored six times, once for each corner of two triangles.
-layout(location = 0) in vec4 in_head;   // xyz: m, W; w: radius, m
-layout(location = 1) in vec4 in_color;  // sRGB; w: opacity
-layout(location = 2) in vec3 in_way;    // m, W: from the streak's beginning to its head
+layout(location = 0) in vec4 in_head;   // xyz: position, m, W; w: radius, m
+layout(location = 1) in vec4 in_color;  // rgb: sRGB; a: opacity
+layout(location = 2) in vec3 in_way;    // m, W, vector from the streak's beginning to its head
 
 layout(location = 0) out vec2 out_corner;
 layout(location = 1) out vec4 out_color;

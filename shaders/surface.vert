@@ -7,7 +7,7 @@
 #include "cut_tissue.glsl"
 
 layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec4 in_normal;  // w: difference, in units of kDifferenceRange
+layout(location = 1) in vec4 in_normal;  // xyz: normal; w: difference, in units of kDifferenceRange
 // Packed bytes. x, y: the two tissues in the low bits; in the high bits, the fraction of the surface that a cut laid
 // open (x) and the thinness (y). z: fraction of the second tissue times 255. w: the lower tissue in the low bits, its
 // visible fraction in the high bits.
@@ -22,8 +22,8 @@ layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
 // colour of the first tissue over the lower tissue; w: visible fraction of the lower tissue
 layout(location = 5) centroid out vec4 out_first;
-layout(location = 6) centroid out vec4 out_second;  // colour of the second tissue; w: fraction laid open by a cut
-layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
+layout(location = 6) centroid out vec4 out_second;  // colour of the second tissue; w: fraction of the surface that a cut laid open
+layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the
 // direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp)

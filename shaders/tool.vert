@@ -9,12 +9,12 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec4 in_look;  // x: 1 if it rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
+layout(location = 4) in vec4 in_look;  // x: 1 if the vertex rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
 layout(location = 2) out vec4 out_color;
-layout(location = 3) out vec3 out_look;  // roughness, Finish, blur
+layout(location = 3) out vec3 out_look;  // x: roughness; y: Finish; z: blur
 layout(location = 4) out vec2 out_light;
 layout(location = 5) out vec3 out_place;  // m, position in the mesh
 layout(location = 6) out vec3 out_around;  // light from the direction of the reflection, if there is a grid of light

@@ -22,7 +22,7 @@ struct WholeMesh {
     Tissue tissue = Tissue::kAir;  // the most frequent tissue around the vertex
   };
   std::vector<Vertex> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // triangles, counter-clockwise as seen from outside
 };
 
 WholeMesh weld(const SurfaceMesher& mesher);

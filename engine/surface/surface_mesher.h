@@ -20,7 +20,7 @@
 
 namespace typodont::surface {
 
-/// 28 bytes, the layout of the vertex buffer. Positions are in the voxel frame of the bricks: p_W =
+/// A vertex in the layout of the vertex buffer, 28 bytes. Positions are in the voxel frame of the bricks: p_W =
 /// frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels
@@ -39,7 +39,7 @@ struct BrickMesh {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
   /// A number for each vertex. Together with `owner`, the number identifies the vertex's point: all copies of a point
-  /// have the same number, in other bricks too. It is used to merge vertices.
+  /// have the same number, in other bricks too. The number is used to merge vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
   glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
@@ -48,8 +48,8 @@ struct BrickMesh {
 };
 
 struct MesherOptions {
-  /// Voxels. Cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are merged;
-  /// negative: nothing is merged.
+  /// Voxels, limit: cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are
+  /// merged; negative: nothing is merged.
   float tolerance = 0.1f;
 };
 

@@ -1,5 +1,5 @@
-// Force filters of two published simulators, for comparison. They are not passive: without the passivity controller,
-// the ledger shows how much energy they generate.
+// Force filters of two published simulators, for comparison. The filters are not passive: without the passivity
+// controller, the ledger shows how much energy they generate.
 #pragma once
 
 #include <optional>
@@ -29,7 +29,7 @@ struct ForceFilterLaw {
   double cap = 3.0;       // N, λ: limit of the force's magnitude
 };
 
-/// `wanted`: N, computed force; `last`: N, force of the previous tick. Returns the filtered force, N.
+/// Returns the filtered force, N. `wanted`: N, computed force; `last`: N, force of the previous tick.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

@@ -21,7 +21,7 @@ struct PassivityLaw {
   double memory = 0.05;  // s, time constant of the memory of retreats
   // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
   double turning = 2;
-  // s, tick length for which `turning` holds; after much longer ticks the hand may retreat as it advanced
+  // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
   double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once (it moves in jumps)
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
@@ -61,7 +61,7 @@ struct PassivityLaw {
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    if (x >= 0.8 * most) {  // a value nearly as large restarts the hold time
+    if (x >= 0.8 * most) {  // a value nearly as large as the maximum restarts the hold time
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
       most *= fade;

@@ -14,7 +14,8 @@ namespace typodont::haptics {
 /// a frequency that the drill does not have: at 300 krpm (5 kHz) a device with 1 kHz renders the vibration only
 /// during run-up and run-down.
 struct VibrationLaw {
-  // Hz, limit of the frequencies that the device renders; 0: no vibration. From DeviceInfo or the scene
+  // Hz, limit of the frequencies that the device renders; 0: no vibration. The value comes from DeviceInfo or the
+  // scene.
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
@@ -22,7 +23,7 @@ struct VibrationLaw {
   // Fraction of the tangential cutting force that oscillates once per tooth; our choice, after milling forces with few
   // teeth engaged
   double teeth = 0.12;
-  int tooth_count = 6;  // ISO 6360 burs: 6 to 8 blades
+  int tooth_count = 6;  // number of teeth; burs of ISO 6360 have 6 to 8 blades
 };
 
 /// Returns the weight of a component: 1 well inside the band, falling to 0 at the band's limit. So no component starts

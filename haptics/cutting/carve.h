@@ -1,5 +1,5 @@
-// Cuts and fillings in a patch. The carver repeats them in its volume with the same kernels, so that both contain the
-// same bits.
+// Cuts and fillings in a patch. The carver repeats the cuts and fillings in its volume with the same kernels, so that
+// patch and volume contain the same bits.
 #pragma once
 
 #include "haptics/fill.h"
@@ -18,7 +18,7 @@ class VoxelStamp;
 /// the active front of this patch and tool.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Removes whole voxels; otherwise like carve() with a Sweep.
+/// Removes whole voxels; apart from this, the function is like carve() with a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 

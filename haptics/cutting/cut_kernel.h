@@ -1,5 +1,5 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): the change of samples by a cut, and the removed
-// volume by tissue.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It contains the
+// change of samples by a cut, and the removed volume by tissue.
 
 /// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
 /// both the old value and −kMargin. Returns the new values. `least`: the limit that the depth had to exceed; `rises`:
@@ -27,7 +27,7 @@ struct Taken {
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// `to` may be null; then add() must not be called.
+  /// `to` receives the sums. It may be null, but then add() must not be called.
   TYPODONT_KERNEL Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }

@@ -24,8 +24,8 @@ struct HeadBlock {
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // Coefficients of a plane that bounds the depth of every sample from above; it exists because the distance from a
-  // convex head is convex
+  // Coefficients of a plane that bounds the depth of every sample from above. Such a plane exists because the distance
+  // from a convex head is a convex function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
@@ -54,7 +54,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers above
+// This header is included last, because it uses the four headers above.
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -274,7 +274,8 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  enum class Work { kNone, kLook, kRaise };  // kLook: the head recedes from the whole block
+  // kLook: the block is only examined, because the head recedes from the whole block
+  enum class Work { kNone, kLook, kRaise };
   /// Fills `block` if a sample of the block can change while the head moves by `ahead`. Otherwise sets `slack` to the
   /// smallest motion of the head after which a sample can change.
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
@@ -322,7 +323,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the whole block, nothing is left to cut.
+      // If the head recedes from the whole block, no sample of it can become deeper, so nothing is left to cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -432,8 +433,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises all due blocks of a part and computes when each is due again. Lists the groups that may change until the
-/// head has moved by `ahead`.
+/// Raises the samples of all due blocks of a part, and computes the path length at which each block is due again. Lists
+/// the groups that may change until the head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -538,8 +539,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and the lists were made when the head was up to one voxel away. Lists
-    // that were made before the head moved along its axis also extend beyond the box of this motion.
+    // Groups extend to the ends of their blocks, and the lists are from a time when the head was up to one voxel away.
+    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);

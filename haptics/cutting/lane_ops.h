@@ -1,6 +1,6 @@
-// Vector operations for the kernel texts of this folder: eight floats with GCC's vector types (as two halves on
-// processors with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that
-// all processors compute the same bits. Private to haptics/cutting.
+// Vector operations for the kernels of this folder: eight floats with GCC's vector types (as two halves on processors
+// with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that all
+// processors compute the same bits. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>

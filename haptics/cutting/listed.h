@@ -16,7 +16,7 @@
 
 namespace typodont::haptics {
 
-/// A moving ball as plain data. Voxels, relative to a nearby voxel.
+/// A moving ball as plain data, in voxels relative to a nearby voxel.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -30,8 +30,8 @@ struct BallFront {
   glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
   float* distance;    // pointer to the distance of the sample at the origin
   struct {            // tables, indexed by the height (z)
-    float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
-    float* ahead;     // z distance from A times the motion's z component
+    float* apart;     // distance from A along z; if the ball at B covers everything: squared distance from B along z
+    float* ahead;     // distance from A along z, times the z component of the motion
   } heights;
   CutFront::Listed groups;
   struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
@@ -77,7 +77,8 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Cut the listed groups. Return true if a sample changed; the removed volume is added to `removed`.
+/// These functions cut the listed groups. They return true if a sample changed, and add the removed volume to
+/// `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

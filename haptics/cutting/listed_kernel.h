@@ -1,5 +1,5 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): cuts the groups that are listed in front of a
-// head.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
+// that are listed in front of a head.
 
 constexpr int kChunk = 128;  // number of groups that are processed together
 constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
@@ -124,8 +124,8 @@ struct BelowLine {
     return below;
   }
 };
-/// A line perpendicular to the axis, the end of many heads; the depth below it does not depend on the distance from
-/// the axis.
+/// Computes the depth below a line perpendicular to the axis, which is the end of many heads. This depth does not
+/// depend on the distance from the axis.
 struct BelowEnd : BelowLine {
   TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -140,7 +140,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Depth below one or two pieces, including their ends.
+/// Computes the depth below one or two pieces, including their ends.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -163,8 +163,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// Depth below the end of a drill that moves along its axis, including the rim; the same bits as BelowAny for samples
-/// that do not stay still.
+/// Computes the depth below the end of a drill that moves along its axis, including the rim. For samples that can
+/// change, the bits are the same as those of BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -201,7 +201,7 @@ struct HeadSides {
   float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis
   // Voxels. bend: difference of the motion between adjacent samples of a group, as a vector. turned: upper bound of the
-  // difference between the motion of a group's middle and that of its samples.
+  // difference between the motion of a group's middle and the motion of the group's samples.
   float bend[3], turned;
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {

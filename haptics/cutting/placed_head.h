@@ -1,4 +1,4 @@
-// Adds a body with the shape of a tool's head to the tissue, e.g. an implant.
+// Adds a body with the shape of a tool's head to the tissue, for example an implant.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// Adds the shape of a tool's head at one pose to the tissue, as Fill adds a ball: for an implant that stays in the
-/// bone. Carver's thread.
+/// Adds the shape of a tool's head at one pose to the tissue, in the same way as Fill adds a ball. It is used for an
+/// implant that stays in the bone. Carver's thread.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);

@@ -27,11 +27,11 @@ struct GradedSamples {
 
 /// The volume that a cut removed, summed by the kernels while they cut.
 struct RemovedVolume {
-  // voxels³; for each voxel, the fraction inside the surface before the cut minus the fraction after it
+  // voxels³, sum over the voxels of the fraction inside the surface before the cut minus the fraction after it
   PerTissue volume{};
   GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
-  // Removed volume times hardness, in units of share.h times hardness bytes. The sums are integers, so they do not
-  // depend on the order of the samples.
+  // Removed volume times hardness; the unit is the unit of share.h times a hardness byte. The sums are integers, so
+  // they do not depend on the order of the samples.
   std::array<std::int64_t, kTissueCount> hardened{};
 
   /// Adds the removed volume `units` of one sample.

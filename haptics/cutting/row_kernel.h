@@ -1,10 +1,11 @@
-// Kernel text, included after cut_kernel.h where lanes are eight: rows of blocks, complete or partial.
+// This file is included after cut_kernel.h in namespaces with eight lanes. It contains rows of blocks, complete or
+// partial.
 
 /// A row with one sample per lane; only the samples from..to are processed.
 struct Row {
   float* distance;
   int from, to;
-  bool whole;  // all samples are processed
+  bool whole;  // true if all samples are processed
 
   /// Returns the samples of the row. Samples that are not processed get a value that is never raised.
   TYPODONT_KERNEL Floats read() const {

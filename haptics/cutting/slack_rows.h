@@ -1,5 +1,5 @@
-// Slack of the samples in a column of blocks: the motion of the head before they can change, and the stage of a group
-// of them. Private to haptics/cutting.
+// Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. Also the
+// stage of a group of samples. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ class SlackRows {
   }
 
  private:
-  // samples per stored row; longer than kStretch, because a group may extend beyond the interval
+  // number of samples per stored row; larger than kStretch, because a group may extend beyond the interval
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 

@@ -39,7 +39,7 @@ constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a 
 /// Returns false if no height remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // |d|² - (d·a)² <= far² with d = (off, z) is a quadratic in z
+  // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -177,7 +177,7 @@ void look_at(const Straight* way_at, Centres* centres) {
 /// pieces.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
-  Points at;  // in the head's frame
+  Points at;  // positions of the centres in the head's frame
   F8 rho;     // distance from the head's axis
 
   /// Returns the pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
@@ -211,7 +211,7 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Used only for centres that are not outside; most centres are outside.
+/// This function is used only for centres that are not outside the head; most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found) {
   const Straight& way = *way_at;
@@ -246,7 +246,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample, relative to the first pose's base
+  glm::ivec3 first;  // first sample of the block, relative to the first pose's base
   float top, n[3], share;
   float bent;    // upper bound of the error when the centre's values are used for the other samples
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
@@ -268,7 +268,7 @@ struct WayBlock {
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches the rows of a block that carve_way_block will read.
+/// Prefetches those rows of a block that carve_way_block will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -279,8 +279,8 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)), ignoring depths below -kMargin. Returns true if any sample
-/// changed. `slack`: voxels that the head may still move before any sample of these rows can change.
+/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. Returns true if any sample
+/// changed. `slack`: distance in voxels that the head may still move before any sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;

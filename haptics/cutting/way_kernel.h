@@ -1,5 +1,5 @@
-// Kernel text, included after depth_kernel.h in namespaces of lanes: the change of the depth of samples along their
-// path.
+// This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
+// along their path.
 
 /// Returns the depths of samples. Samples that do not change (see Straight::still_above) count as far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
@@ -36,7 +36,7 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Outward normal; at a corner, any direction between the normals of the two pieces is valid.
+  /// Computes the outward normal. At a corner, any direction between the normals of the two pieces is valid.
   TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));

@@ -46,7 +46,7 @@ struct ContactTick : TickData {
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
-  /// True if the tool touches hard or soft tissue.
+  /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
@@ -168,8 +168,8 @@ struct Servo::State {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
 
-  // servo.cpp
-  /// A tick without a valid pose or without a hand: no force. The next valid tick begins anew.
+  // The next functions are defined in servo.cpp:
+  /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: the
@@ -189,14 +189,14 @@ struct Servo::State {
   /// Adds the contact with soft tissue to the published tick. Only if `soft` is set.
   void report_soft(ContactTick& now) noexcept;
 
-  // servo/cutting.cpp
-  /// The spindle's free speed follows the pedal with the time constant run_up_time.
+  // The next functions are defined in servo/cutting.cpp:
+  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
   void run_spindle(const TickData& now) noexcept;
   /// Computes the energy that this tick may spend on removal, from the force of the last tick.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
-  // servo/coupling.cpp
+  // The next functions are defined in servo/coupling.cpp:
   /// Computes coupling, damper, friction and teeth. For a penalty method, takes its own force and adds friction and
   /// teeth.
   void feel(ContactTick& now) noexcept;
@@ -207,10 +207,10 @@ struct Servo::State {
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
 
-  // servo/limits.cpp
-  /// Limits of force, torque and slew, and the ramps at start and end.
+  // The next functions are defined in servo/limits.cpp:
+  /// Applies the limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
-  /// The passivity controller, with the ledger's allowances: the hand never receives energy that it did not put in.
+  /// Applies the passivity controller, with the ledger's allowances: the hand never gets energy that it did not put in.
   /// Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 

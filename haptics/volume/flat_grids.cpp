@@ -93,7 +93,8 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Writes a tree: background; tiles that differ from the background, largest first; blocks of 8³ voxels.
+/// Writes a tree: the background value; then the tiles that differ from the background, largest first; then the blocks
+/// of 8³ voxels.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;

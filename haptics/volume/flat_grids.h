@@ -15,7 +15,7 @@
 namespace typodont::haptics {
 
 struct FlatGrids {
-  std::map<std::string, openvdb::GridBase::Ptr> grids;  // openvdb::FloatGrid or openvdb::Int32Grid
+  std::map<std::string, openvdb::GridBase::Ptr> grids;  // each grid is an openvdb::FloatGrid or an openvdb::Int32Grid
   double voxel = 0;                // edge of a voxel in the first grid, in the file's units; 0: voxels are not cubes
   openvdb::Vec3d origin{0, 0, 0};  // position of voxel (0,0,0) in the first grid, in the file's units
   bool exact_outside = true;

@@ -1,5 +1,5 @@
-// Finds the leaves of the tissue that the next cuts can still change; the carver's counterpart of CutFront. If no
-// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for that length of the head's
+// Finds the leaves of the tissue that the next cuts can still change. It is the carver's counterpart of CutFront. If no
+// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for this length of the head's
 // path. Private to haptics/volume.
 #pragma once
 
@@ -13,14 +13,14 @@
 
 namespace typodont::haptics {
 
-/// Front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
+/// Active front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    Leaf* leaf = nullptr;      // null: not examined yet
+    Leaf* leaf = nullptr;      // the leaf; null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
     bool cut = false;          // true if the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf

@@ -171,7 +171,7 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Number of floods that remain separate.
+  /// Returns the number of floods that remain separate.
   std::size_t apart() const { return roots_.size(); }
   /// Returns the tissue of each remaining flood, sorted by size. The last flood is the largest; it may be incomplete.
   std::vector<TissuePiece> pieces() const {
@@ -190,7 +190,7 @@ class LoosePieces::KnownBlocks {
     }
     return out;
   }
-  /// Number of blocks that this search visited.
+  /// Returns the number of blocks that this search visited.
   std::int64_t looked_at() const { return looked_at_; }
 
  private:

@@ -46,7 +46,7 @@ class LoosePieces {
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Must be called after an undo or redo: any sample may have changed.
   void after_edit();
-  /// Number of bodies at the start.
+  /// Returns the number of bodies at the start.
   std::size_t bodies() const { return body_count_; }
   /// Must be called after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
@@ -71,9 +71,9 @@ class LoosePieces {
   std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
   std::size_t body_count_ = 0;
-  // Samples of all bodies except the largest body, which has number 0
+  // samples of all bodies, except the largest body, which has number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
-  // Samples that became air and whose surroundings were not searched yet; keys may repeat
+  // samples that became air and whose surroundings were not searched yet; keys may repeat
   std::vector<BlockPart> emptied_;
   std::int64_t credit_ = 0;  // number of blocks that may still be visited: each cut adds some, each flood uses some
 };

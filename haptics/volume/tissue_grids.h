@@ -125,7 +125,7 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// The first mark of a volume; marks of different volumes differ.
+  /// Returns the first mark of a volume; marks of different volumes differ.
   static std::uint64_t first_mark();
   /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
   /// incomplete.
@@ -155,8 +155,8 @@ struct TissueVolume::Impl {
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// Restores the labels from the time before a filling, in a box in which distances changed and the filling was
-  /// removed.
+  /// In a box in which distances changed and the filling was removed, restores the labels from the time before the
+  /// filling.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   /// Swaps the content of a stroke with the tissue; `back`: true for undo.

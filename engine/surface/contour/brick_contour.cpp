@@ -403,7 +403,7 @@ void Contourer::Scratch::find_patches() {
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto pair = [&](std::uint32_t bits, int at) {  // signs at the corners z and z + 1 of a row
+        auto pair = [&](std::uint32_t bits, int at) {  // returns the signs at the corners z and z + 1 of a row
           return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
         };
         const glm::ivec3 at(x, y, z);

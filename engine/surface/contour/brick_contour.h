@@ -14,7 +14,7 @@
 namespace typodont::surface {
 
 struct ContourVertex {
-  glm::vec3 position{0};  // voxels, index space
+  glm::vec3 position{0};  // voxels, position in index space
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]

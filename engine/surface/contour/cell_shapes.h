@@ -8,11 +8,11 @@
 
 namespace typodont::surface {
 
-// Numbering. Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along axis a; k = u + 2v, where
-// (u, v) is its position along the other two axes, in the order y,z for a = x; x,z for a = y; x,y for a = z. Face 2a +
-// side is perpendicular to axis a.
+// Numbering of corners, edges and faces. Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along
+// axis a; k = u + 2v, where (u, v) is the edge's position along the other two axes, in the order y,z for a = x; x,z for
+// a = y; x,y for a = z. Face 2a + side is perpendicular to axis a.
 
-/// The surface inside a cell is a set of discs ("patches"), each bounded by a loop of crossed edges.
+/// Shape of the surface inside a cell: a set of discs ("patches"), each bounded by a loop of crossed edges.
 struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of crossed edges
