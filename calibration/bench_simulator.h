@@ -14,7 +14,7 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
-  bool arm_errors = true;     // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
+  bool arm_errors = true;  // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
   // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
   // up to twice this value
   double placement_error = 0.02;

@@ -5,8 +5,8 @@
 layout(location = 0) in vec2 in_place;
 layout(location = 0) out vec4 out_color;
 
-// The background: a dark studio wall, or black. It is equal for both eyes, because it lies on the screen plane, where disparity is
-// zero.
+// The background: a dark studio wall, or black. It is equal for both eyes, because it lies on the screen plane, where
+// disparity is zero.
 void main() {
   vec2 p = in_place - vec2(0.0, -0.15);
   vec3 color = mix(vec3(0.0045, 0.0050, 0.0060), vec3(0.036, 0.040, 0.047), exp(-1.1 * dot(p, p)));

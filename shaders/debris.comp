@@ -11,7 +11,8 @@ struct Particle {
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words per instance
-layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m, samples of the distance field
+// m, samples of the distance field
+layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };
 layout(push_constant) uniform Step {
   vec4 gravity;  // xyz: m/s²; w: length of the step, s
   vec4 origin;  // xyz: origin of the field, m; w: its spacing, m

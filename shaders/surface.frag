@@ -15,7 +15,8 @@ layout(location = 2) centroid in vec4 in_light;  // see out_light in surface.ver
 layout(location = 3) flat in uint in_pair;
 layout(location = 4) centroid in vec3 in_mesh_position;
 layout(location = 5) centroid in vec4 in_first;
-layout(location = 6) centroid in vec4 in_second;  // colour of the second tissue; w: fraction of the surface that a cut laid open
+// colour of the second tissue; w: fraction of the surface that a cut laid open
+layout(location = 6) centroid in vec4 in_second;
 layout(location = 7) flat in vec4 in_first_look;
 layout(location = 8) flat in vec4 in_second_look;
 layout(location = 9) centroid in vec3 in_room;

@@ -22,7 +22,8 @@ layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
 // colour of the first tissue over the lower tissue; w: visible fraction of the lower tissue
 layout(location = 5) centroid out vec4 out_first;
-layout(location = 6) centroid out vec4 out_second;  // colour of the second tissue; w: fraction of the surface that a cut laid open
+// colour of the second tissue; w: fraction of the surface that a cut laid open
+layout(location = 6) centroid out vec4 out_second;
 layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the

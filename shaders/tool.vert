@@ -9,7 +9,8 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec4 in_look;  // x: 1 if the vertex rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
+// x: 1 if the vertex rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
+layout(location = 4) in vec4 in_look;
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;

@@ -375,11 +375,11 @@ class Registration {
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;                              // m, rms extent of the points along the principal axes, ascending
-  double noise_ = 0;                             // m per axis, largest noise with which the residuals are compatible
+  Vector3d spread_;   // m, rms extent of the points along the principal axes, ascending
+  double noise_ = 0;  // m per axis, largest noise with which the residuals are compatible
   // true if all points coincide, or lie on a line, within rounding errors
   bool coincident_ = false, collinear_ = false;
-  int undetermined_ = 0;                         // number of undetermined rotations
+  int undetermined_ = 0;  // number of undetermined rotations
 };
 
 }  // namespace

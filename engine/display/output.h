@@ -147,9 +147,9 @@ std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
-  int output = -1;                      // number of the monitor for full screen; −1: a window
-  bool fits_screen = false;             // true: the window's size is limited to the screen's free area
-  bool stereo_surface = false;          // true: requests a surface with two layers, for frame-sequential displays
+  int output = -1;              // number of the monitor for full screen; −1: a window
+  bool fits_screen = false;     // true: the window's size is limited to the screen's free area
+  bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
   /// true: a Compositor fills the targets; with software rendering, the targets are in memory
   bool composed = false;
   double most_frames_per_second = 120;  // Hz, limit of the frame rate if presenting does not wait for the screen
