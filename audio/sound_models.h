@@ -19,8 +19,8 @@ struct RotorTone {
   double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
-/// Levels of a real drill: how much louder the drill is at work than when it idles at free speed, measured at one
-/// contact.
+/// Levels of a real drill, measured at one contact: the differences between the sound at work and the sound when the
+/// drill idles at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N, force of the contact

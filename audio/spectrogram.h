@@ -17,7 +17,8 @@ struct Spectrogram {
   float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
 };
 
-/// `rate` in Hz. Each frame is the mean power over its part of the sound, and over at least `window` s.
+/// Computes the spectrogram. `rate`: Hz, sampling rate. Each frame is the mean power over its part of the sound, and
+/// over at least `window` s.
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window = 0.04);
 
 }  // namespace typodont::audio

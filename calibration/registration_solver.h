@@ -73,10 +73,10 @@ struct RegistrationResult {
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Robust registration with uncertainty and outlier detection. Fewer than half of the pairs may be wrong in any way
-/// (breakdown); their effect is then no larger than the effect of wrong pairs within the noise. If the outliers are
-/// scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two lists differ in
-/// length.
+/// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
+/// wrong in any way (breakdown); their effect is then no larger than the effect of wrong pairs within the noise. If the
+/// outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
+/// lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

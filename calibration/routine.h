@@ -87,8 +87,8 @@ struct BenchState {
 // it. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-/// `user_offset`: true if the user's systematic offset between seeing and feeling is estimated, too, from the touches
-/// of the step register or verify.
+/// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,
+/// too, from the touches of the step register or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
 /// Returns the eyes as determined by the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);

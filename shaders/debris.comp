@@ -5,7 +5,7 @@
 layout(local_size_x = 64) in;
 
 struct Particle {
-  vec4 place;   // xyz: m, W; w: age, s
+  vec4 place;   // xyz: position, m, W; w: age, s
   vec4 motion;  // xyz: velocity, m/s; w: initial mass, kg; 0: removed by suction
   vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };

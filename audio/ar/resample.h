@@ -16,7 +16,7 @@ std::vector<double> resampled(std::span<const double> x, double from_rate, doubl
 class InterpolationKernels {
  public:
   static constexpr int kPhases = 512;
-  /// `fastest`: the highest playback speed, input samples per output sample.
+  /// Computes the kernels for playback speeds up to `fastest` (input samples per output sample).
   explicit InterpolationKernels(double fastest);
 
   /// Returns the signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 …

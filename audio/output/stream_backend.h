@@ -28,7 +28,7 @@ struct StreamOpened {
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Throws Error if no device has this name, RunFailure if the device refuses.
+  /// Opens a stream. Throws Error if no device has this name, RunFailure if the device refuses.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
   /// Returns false after the device has disappeared or the stream has stopped by itself.

@@ -49,7 +49,7 @@ class Scrape {
 class Suction {
  public:
   Suction(double sample_rate, std::uint64_t seed);
-  /// `level`: standard deviation of the sound.
+  /// Returns the next sample. `level`: standard deviation of the sound.
   float next(float level) noexcept;
 
  private:
@@ -64,7 +64,7 @@ class Suction {
 class Spray {
  public:
   Spray(double sample_rate, std::uint64_t seed);
-  /// `level`: standard deviation of the sound.
+  /// Returns the next sample. `level`: standard deviation of the sound.
   float next(float level) noexcept;
 
  private:

@@ -335,7 +335,7 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all` is the fit to all pairs. Sets smaller than `least` are not needed.
+  /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // The probability of missing four good pairs among sixteen is 1e-9; if there are few pairs, all triples are

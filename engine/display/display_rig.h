@@ -82,7 +82,7 @@ struct DisplayRig {
   HmdRig hmd;              // settings for a headset
   double magnify = 1;      // magnification of the picture, see magnified()
   std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
-  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to those on the bench
+  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to the lengths on the bench
 };
 
 /// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point of the magnification is

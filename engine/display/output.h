@@ -129,8 +129,8 @@ class Output {
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// Call if another window covers this monitor. Moves this window to the next monitor, if one exists, and limits its
-  /// size to that monitor.
+  /// Moves this window to the next monitor, if there is one, and limits the window's size to that monitor. Must be
+  /// called if another window covers this monitor.
   virtual void leave_monitor(int) {}
   /// Returns the time (s) between two refreshes of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }

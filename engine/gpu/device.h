@@ -1,4 +1,5 @@
-// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. Structs with create and destroy.
+// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. The objects are structs with the
+// functions create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -1,4 +1,4 @@
-// Buffers, images, shaders and pipelines on a Device. Structs with create and destroy.
+// Buffers, images, shaders and pipelines on a Device. The objects are structs with the functions create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>

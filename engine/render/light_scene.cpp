@@ -283,7 +283,7 @@ glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
 struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
-  LightGrid empty;  // the grid without light
+  LightGrid empty;  // the grid before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions();
   struct Sample {
     std::size_t at = 0;  // index of the sample in the grid

@@ -56,7 +56,7 @@ struct Renderer::Impl {
   MaskPass mask;
   BrickStore bricks;
   FilmStore film;
-  VolumeImage light;     // LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
+  VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
   LightGrid light_grid;  // the grid without its faces, which are only in the image
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed

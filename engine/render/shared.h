@@ -22,7 +22,8 @@ struct FrameData {
   vec4 eye[2];  // xyz: position of each eye, m, W
   // matrix from W to the shadow map; xy: 0..1 over the map; z: 0..1, increasing away from the lamp
   mat4 light_from_world;
-  vec4 light_size;    // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 if there is a map
+  /// x: width of the shadow map, m; y: depth of the shadow map, m; z: size of a texel, m; w: 1 if there is a map
+  vec4 light_size;
   vec4 key;           // xyz: unit, towards the lamp; w: strength
   vec4 up;            // xyz: unit; w: ambient strength
   vec4 window;        // xyz: unit, towards the window that glossy surfaces reflect
@@ -43,7 +44,7 @@ struct FrameData {
   vec4 lamp_middle;       // xyz: middle of the spot, m
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
-  vec4 tissue_look[16];   // of each tissue: x: roughness; y: metal; z: wetness
+  vec4 tissue_look[16];   // look of each tissue: x: roughness; y: metal; z: wetness
   vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
   vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, W; w: samples per m

@@ -150,8 +150,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
   }
 }
 
-// `around`[o] is this brick (o = 0) or a lower neighbour (bit a of o is set: one brick lower along axis a); nullptr if
-// that brick does not exist.
+// Builds the mesh of a brick. `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is set, the
+// neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
 void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];

@@ -74,7 +74,8 @@ struct PassivityState {
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of `moved`
-  // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
+  // decay_for: s, tick length for which the other values were computed. per_second: 1/s, inverse of this length. decay,
+  // clock_decay: decay factors per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -180,7 +181,7 @@ inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dv
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
+  if (twist > 0) {  // this also runs for a tool whose force is already zero, because the torque decays more slowly
     const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
     state.rotation_retreat = std::max(state.rotation_retreat, out);
     state.rotation_advance = std::max(state.rotation_advance * std::exp(-dt / law.memory), -out);

@@ -21,7 +21,7 @@ struct NearestPiece {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // Position along the line from its first end; `over` is its excess beyond the ends.
+    // `along` is the position along the line from its first end; `over` is the distance beyond the nearer end.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);

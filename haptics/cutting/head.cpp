@@ -199,9 +199,9 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Two neighbouring pieces (one bit each) are given. Finds the one that alone can be nearest to any of `count` samples
-/// along z while the head moves by `ahead`, if there is such a piece. `first`, `last`: indices of the two pieces, or of
-/// one piece. `v`: the first sample relative to the head, in V.
+/// Tests for each of two neighbouring pieces whether it alone can be nearest to any of `count` samples along z while
+/// the head moves by `ahead`. Returns one bit for each piece. `first`, `last`: indices of the two pieces, or of one
+/// piece. `v`: the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {

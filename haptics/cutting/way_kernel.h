@@ -74,7 +74,8 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 /// rho.
 struct NearestOnWay {
   NearestPiece nearest;
-  Floats away;  // component of the direction away from the nearest point, times the distance to it, × rho
+  /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
+  Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {

@@ -29,7 +29,8 @@ struct CuttingParameters {
   static constexpr double budget_time = 0.5;
   // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
   static constexpr double held_time = 0.05;
-  // m³, limit of the volume that may be removed before the motor's work has paid for it (when a tip breaks in)
+  // m³, limit of the volume that may be removed before the motor has done the work for this volume (when a tip breaks
+  // in)
   static constexpr double owed_volume = 8e-12;
   static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume; matters on coarse grids
 };

@@ -27,7 +27,8 @@ class LeafFront {
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
-  /// Must be called if anything except the cuts of one stroke changes the distances or replaces a leaf.
+  /// Forgets the position of the head. Must be called if anything except the cuts of one stroke changes the distances
+  /// or replaces a leaf.
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.

@@ -44,7 +44,7 @@ class LoosePieces {
                                      std::span<const glm::ivec3> blocks);
   /// Must be called after samples lo .. hi were changed by anything except a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Must be called after an undo or redo: any sample may have changed.
+  /// Must be called after an undo or redo, because any sample may have changed.
   void after_edit();
   /// Returns the number of bodies at the start.
   std::size_t bodies() const { return body_count_; }

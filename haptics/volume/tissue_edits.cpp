@@ -108,7 +108,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // Number of marks that each volume may use; at one mark per microsecond they last twelve days
+  // number of marks (TissueVolume::mark) that each volume may use; at one mark per microsecond they last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -120,7 +120,8 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // Limit of the number of blocks since a mark; copying more of them would take as long as copying a whole patch
+  // limit of the number of blocks that were written since a mark; copying more blocks would take as long as copying a
+  // whole patch
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
@@ -130,7 +131,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  constexpr std::size_t kMost = 32;  // limit of the number of marks with stored writes; a session has fewer patches
+  // limit of the number of marks whose writes are stored; a session has fewer patches
+  constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
   v.writes.emplace_back();

@@ -25,7 +25,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;  // version of the file format, the oldest one with a UUID; see openvdb/version.h
+constexpr std::uint32_t kOldest = 218;  // oldest version of the file format that has a UUID; see openvdb/version.h
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";

@@ -13,7 +13,7 @@ namespace typodont::haptics {
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
-  openvdb::Int32Grid::Ptr before;    // label before the filling, plus one, for filled voxels; null: no fillings
+  openvdb::Int32Grid::Ptr before;    // for filled voxels: the label before the filling, plus one; null: no fillings
   // Hardness bytes (hardness.h); a filled voxel has the hardness from before the filling. Null: all voxels have
   // kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;

@@ -6,7 +6,7 @@
 #define XR_USE_TIMESPEC
 #define XR_NO_PROTOTYPES
 #include <ctime>
-// openxr_platform.h needs vulkan.h and ctime before it
+// vulkan.h and ctime must be included before openxr_platform.h
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
@@ -80,7 +80,8 @@ class Api {
     gate_.leave();
     return result;
   }
-  /// Queries an array in OpenXR's usual way: the first call returns the length, the second call fills the array.
+  /// Queries an array with two calls, as OpenXR requires: the first call returns the length, the second call fills the
+  /// array.
   template <class T, class F, class... A>
   std::vector<T> list(const char* name, F function, const T& empty, A... arguments) {
     std::uint32_t count = 0;

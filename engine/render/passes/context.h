@@ -64,8 +64,8 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `omitted_fraction`: fraction of the next draw's pixels that are not drawn; for tools only. `open_radius`: see
-/// ObjectData::view; for handpieces only.
+/// Sets ObjectData::view for the next draw. `omitted_fraction`: fraction of the pixels that are not drawn; for tools
+/// only. `open_radius`: m, see ObjectData::view; for handpieces only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),

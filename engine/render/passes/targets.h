@@ -42,8 +42,8 @@ class Targets {
   /// Ends the pass. `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// Call it if layered(), after the scene is drawn. It stores the scene's new depth, and copies the `restored` parts
-  /// of the scene into the pictures. Passes between begin_over() and end_over() then draw over these parts.
+  /// Stores the scene's new depth, and copies the `restored` parts of the scene into the pictures. Must be called after
+  /// the scene is drawn, and only if layered(). Passes between begin_over() and end_over() then draw over these parts.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);

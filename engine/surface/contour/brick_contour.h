@@ -39,7 +39,7 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // one bit per cell; set if the cell contains surface
+  std::array<std::uint64_t, 64> active{};  // one bit for each cell; the bit is set if the cell contains surface
   std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this word
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
