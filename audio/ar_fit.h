@@ -86,8 +86,8 @@ struct FitReport {
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };
 
-/// Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone, a recording too short for the
-/// order, a sample that is not finite, an unknown method.
+/// Fits a model to a recording. Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone,
+/// a recording too short for the order, a sample that is not finite, an unknown method.
 FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options);
 
 }  // namespace typodont::audio

@@ -17,7 +17,7 @@ struct Recording {
   std::vector<double> mono(int channel = -1) const;
 };
 
-/// Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
+/// Reads a recording. Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
 Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };

@@ -70,9 +70,9 @@ Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W
 /// panel, 2 panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
-/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the
-/// first cell inside them is dark). columns + rows must be odd, so that the board looks different when rotated by
-/// 180°.
+/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the first
+/// cell inside the inner corners is dark). columns + rows must be odd, so that the board and the board rotated by 180°
+/// are different.
 struct BoardPicture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
@@ -81,8 +81,9 @@ struct BoardPicture {
 BoardPicture draw_board(int columns, int rows, int width, int height);
 
 #ifdef TYPODONT_CAMERA
-/// Finds the corners of such a board in a picture with OpenCV's detector. Returns them in the order of draw_board();
-/// empty unless the whole board is visible. `mirrored`: the picture shows the board in a mirror.
+/// Finds the corners of a board from draw_board() in a picture, with OpenCV's detector. Returns the corners in the
+/// order of draw_board(); empty unless the whole board is visible. `mirrored`: true if the picture shows the board in a
+/// mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
 #endif
 

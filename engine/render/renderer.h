@@ -222,8 +222,8 @@ class Renderer {
   /// exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and
   /// kDifference until they change. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// Sets the tool and the handpiece that holds it. A handpiece without parts is not drawn. Throws Error if the
-  /// handpiece has too many triangles.
+  /// Sets the tool, and the handpiece in which it is clamped. A handpiece without parts is not drawn. Throws Error if
+  /// the handpiece has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
   /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and it takes
   /// no time.

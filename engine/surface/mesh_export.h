@@ -27,7 +27,8 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Throws Error, naming the file, if write_mesh does not support the extension. Call this function before long work.
+/// Checks a file name. Throws Error with the file name if write_mesh() does not support the extension. Call this
+/// function before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
 /// Writes the file completely or not at all, in millimetres of W. The extension selects the format: .ply (binary, with

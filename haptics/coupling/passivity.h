@@ -44,7 +44,7 @@ struct PassivityLaw {
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
   // hand may approach fast and then land slowly
   double free_hold = 0.15;
-  double fading = 0.5;  // s, time constant of the decay after the hold time
+  double fading = 0.5;  // s, time constant of the decay after the time `hold`
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s, limit: a slower motion is rounding or rest
   double leap = 2;      // m/s, limit: a faster motion is a jump of the input
@@ -61,7 +61,7 @@ struct PassivityLaw {
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    if (x >= 0.8 * most) {  // a value nearly as large as the maximum restarts the hold time
+    if (x >= 0.8 * most) {  // a value nearly as large as the maximum restarts the time `hold`
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
       most *= fade;

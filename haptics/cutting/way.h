@@ -21,9 +21,9 @@ struct Straight {
   float turned;   // upper bound of the difference between the paths of samples at a distance of one voxel
   float longest;  // longest path of any sample that a cut may change
   float slip;     // upper bound of the error of a tangent
-  // Motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond in the
-  // head's frame, i.e. if it lies above the rim of the end and nearer to the flank than to the end during the whole
-  // motion. kNoEnd for every other motion
+  // For a motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond
+  // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
+  // the whole motion. kNoEnd for every other motion.
   float still_above = kNoEnd, still_beyond = kNoEnd;
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);

@@ -21,7 +21,8 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// See Hmd::record. The program owns the swapchain's images until release().
+  /// Records the copies of the pictures into the swapchains, see Hmd::record. The program owns the swapchain's images
+  /// until release().
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 

@@ -144,7 +144,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Quick test, because most objects are farther from the tool than the tool's reach.
+  // A quick test first, because most objects are farther from the tool than its shadow and occlusion extend.
   const float most =
       std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -166,7 +166,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // Same radius as in surface.frag, plus a soft edge of a few pixels.
+  // The radius is that of surface.frag, plus a soft edge of a few pixels.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 

@@ -481,8 +481,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges blocks of the level below into blocks of 2^level cells, where one vertex can represent the surface. Returns
-// false if no block was merged.
+// Merges blocks of the next finer level into blocks of 2^level cells per side, where one vertex can represent the
+// surface. Returns false if no block was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);
