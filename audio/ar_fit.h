@@ -25,10 +25,9 @@ struct FitOptions {
   std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // highest order that the criteria may choose
-  std::string window =
-      /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
-      /// (Yule–Walker)
-      "none";
+  /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
+  /// (Yule–Walker)
+  std::string window = "none";
   double rate = 0;   // Hz, sampling rate of the model; 0: the recording's rate
   int channel = -1;  // index of the channel that is used; -1: the mean of all channels
   /// s, begin and end of the part of the recording that is fitted; to = 0: the end of the recording

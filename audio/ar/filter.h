@@ -73,10 +73,9 @@ class ArFilter {
   static constexpr int kBlock = 64;
   /// largest condition number for float; the rounding noise is then 70 dB below the excitation
   static constexpr double kFloatLimit = 4e3;
-  static constexpr double kDoubleLimit =
-      /// largest condition number for double; the rounding noise is then 110 dB below the excitation; above it, the
-      /// lattice is used
-      1e10;
+  /// largest condition number for double; the rounding noise is then 110 dB below the excitation; above it, the
+  /// lattice is used
+  static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);

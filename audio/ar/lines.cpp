@@ -21,10 +21,9 @@ constexpr double kProminence = 10;              // dB, smallest prominence of a 
 constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
-constexpr double kDrift =
-    // s, limit: a change of frequency over a longer time counts as a change of the spindle's speed, not as a width of
-    // the spectral line
-    1;
+// s, limit: a change of frequency over a longer time counts as a change of the spindle's speed, not as a width of
+// the spectral line
+constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
 constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
 // limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude

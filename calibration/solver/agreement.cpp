@@ -99,7 +99,7 @@ class Consensus {
   /// The stage starts from the best of all triples tried. It fits a motion, keeps the half with the smallest residuals,
   /// and repeats.
   /// 2. A forward search (Atkinson & Riani 2000) adds the pair with the smallest residual, again and again. It stops
-  /// when the next residual exceeds the noise of the pairs that were added. The first half consists of the smallest
+  /// when the next residual exceeds the noise of the pairs in the set. The first half consists of the smallest
   /// residuals, so its noise is underestimated. This does not stop the search: in the central part of a normal
   /// distribution, the largest residual is at most 2.3 standard deviations of this part, so the next pair still passes.
   /// 3. All pairs within the noise of the final set are taken.

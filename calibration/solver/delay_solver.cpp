@@ -1,7 +1,7 @@
 // The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards half
 // samples, where the noise of the interpolated stream is smallest. To avoid this bias, the solver uses an instrumental
-// variable that does not contain this noise: the slope of the denser stream without its central sample. The standard
-// deviation of the estimate reaches the bound σ² / Σ ṡ².
+// variable that does not contain this noise: the slope of the denser stream without its central sample. The variance of
+// the estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>

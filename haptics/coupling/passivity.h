@@ -34,10 +34,9 @@ struct PassivityLaw {
   // Factor on the mean velocity change. The product is added to the greatest recent change, as a margin, for a hand
   // that does not reverse at once.
   double change_margin = 0.6;
-  double start_fraction =
-      /// threshold of the mean velocity change, as a ratio to the greatest change: a smaller mean (start or end of one
-      /// stroke) adds no margin
-      0.1;
+  /// threshold of the mean velocity change, as a ratio to the greatest change: a smaller mean (start or end of one
+  /// stroke) adds no margin
+  double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion for which greatest speed and greatest change do not decay; time at rest does not count
   double hold = 1;
