@@ -1,7 +1,7 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): the depth of samples in a head, computed from
-// their positions in the head's half plane. The depth of a sample depends only on its voxel and the pose. Pieces that
-// cannot be the nearest piece may be omitted. If only one piece remains, and the nearest point is between its ends,
-// fewer operations give the same result.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It computes the
+// depth of samples in a head from their positions in the head's half plane. The depth of a sample depends only on its
+// voxel and the pose. Pieces that cannot be the nearest piece may be omitted. If only one piece remains, and the
+// nearest point is between its ends, fewer operations give the same result.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
