@@ -1,7 +1,6 @@
 // Fine structure of tooth tissues, drawn where lighting is computed per pixel. Positions are in the tooth's own frame,
 // whose z is the tooth's axis, so that the structure stays with the tooth.
 
-// Widths of structures, m.
 // m, distance of the growth lines on the side of a crown; on real teeth 0.03 to 0.15 mm
 const float kPerikymata = 0.10e-3;
 const float kCrackSpacing = 2.6e-3;  // m, distance of microcracks, which run from the neck to the cusps
