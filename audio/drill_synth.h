@@ -18,7 +18,7 @@ struct SoundState {
   double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
   double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
-  double force = 0;         // N
+  double force = 0;         // N, force of the contact
   double removal_rate = 0;  // m³/s, removal rate
   Tissue tissue = Tissue::kAir;
   bool cutting_tool = true;  // false for hand instruments, which scrape and tap

@@ -11,7 +11,7 @@ namespace typodont::audio {
 
 struct Recording {
   std::vector<std::vector<double>> channels;  // samples of each channel; full scale is 1
-  double rate = 0;                            // Hz
+  double rate = 0;                            // Hz, sampling rate
   std::size_t length() const { return channels.empty() ? 0 : channels.front().size(); }
   /// Returns one channel (0, 1, …), or the mean of all channels if `channel` is -1.
   std::vector<double> mono(int channel = -1) const;

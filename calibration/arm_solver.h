@@ -15,7 +15,7 @@ namespace typodont::calibration {
 
 /// Joint angles A to F as the encoders report them, before calibration.
 struct ArmReading {
-  std::array<double, 6> angle{};  // rad
+  std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
 /// A serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are absolute; x points

@@ -42,7 +42,8 @@ struct CameraResult {
   // poses of the camera (x right, y down, z forward), one for each picture, in the order of the pictures' numbers
   std::vector<Pose> X_WK;
   Panel panel;
-  double width = 0, height = 0, width_sigma = 0, height_sigma = 0;  // m
+  // m, width and height of the panel's picture, and their standard deviations
+  double width = 0, height = 0, width_sigma = 0, height_sigma = 0;
   /// m per axis, standard deviation of the panel's centre
   dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest

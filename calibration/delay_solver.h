@@ -12,8 +12,8 @@ namespace typodont::calibration {
 
 /// One recording. Times strictly increase. They may be irregular; samples may be missing or frozen.
 struct Stream {
-  std::vector<double> t;  // s
-  std::vector<dvec3> p;   // m
+  std::vector<double> t;  // s, times of the samples
+  std::vector<dvec3> p;   // m, positions of the samples
 };
 
 struct DelayOptions {

@@ -18,8 +18,8 @@ struct JointResult {
   EyePair eyes;
   /// m, position felt minus position seen, and its standard deviation
   dvec3 user_offset_W{0, 0, 0}, user_offset_sigma{0, 0, 0};
-  dvec3 eye_center_sigma{0, 0, 0};  // m
-  double ipd_sigma = 0;             // m
+  dvec3 eye_center_sigma{0, 0, 0};  // m, standard deviation of the eyes' centre
+  double ipd_sigma = 0;             // m, standard deviation of the interpupillary distance
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;

@@ -18,7 +18,7 @@ struct Panel {
 /// The plane n·x = offset, with unit normal n.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
-  double offset = 0;  // m
+  double offset = 0;  // m, distance of the plane from the origin along n
   dvec3 reflect(const dvec3& p) const { return p - 2 * (glm::dot(normal, p) - offset) * normal; }
 };
 

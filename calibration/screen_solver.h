@@ -19,9 +19,9 @@ struct MarkTouch {
 
 struct PanelResult {
   Panel panel;                   // the panel that fits best, as an exact rectangle
-  double width = 0, height = 0;  // m
+  double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
-  std::array<double, 3> centre_sigma{};  // m
+  std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
   /// rad, standard deviation of the panel's tilt, about the axis for which it is largest
   double tilt_sigma = 0;
   double sigma = 0, rms = 0;  // m

@@ -110,7 +110,7 @@ void main() {
   }
   vec3 gloss_normal = n;
   if (kView != 3) {
-    float pixel = length(fwidth(in_position));  // m
+    float pixel = length(fwidth(in_position));  // m, size of a pixel on the surface
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
       look = surface_look(kEnamel, look, in_second.w);
       color = enamel(color, in_mesh_position, n, light.y, pixel, in_second.w, gloss_normal);

@@ -9,7 +9,7 @@ namespace typodont::audio {
 inline constexpr double kLineWindow = 4096.0 / 48000;  // s, length of the analysis window
 
 struct SpectralLine {
-  double frequency = 0;   // Hz
+  double frequency = 0;   // Hz, frequency of the line
   double prominence = 0;  // dB, height above the median of the neighbouring spectrum
   double level_dB = 0;    // dB re 1/Hz, power density
 };

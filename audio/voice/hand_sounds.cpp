@@ -10,7 +10,7 @@ namespace typodont::audio {
 namespace {
 
 // Water spray. The jet of a nozzle hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
-constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz
+constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz, limits of the band in which the jet hisses
 constexpr double kDropletsPerSecond = 500;
 constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that comes from the droplets
 

@@ -108,7 +108,7 @@ struct Frustum {
 
 /// View and projection of one eye.
 struct EyeView {
-  dvec3 position{0, 0, 0};  // m, W
+  dvec3 position{0, 0, 0};  // m, W, position of the eye
   dmat4 view{1.0};          // maps W to E, m; the determinant is −1 if `flip` is true
   dmat4 projection{1.0};    // maps E to Vulkan's clip space
   Frustum frustum;

@@ -27,8 +27,8 @@ std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 /// z backwards, away from the picture. Rotations about y (yaw), x (pitch), z (roll), right-handed, applied in this
 /// order.
 struct HeadMotion {
-  dvec3 translation{0};                 // m
-  double yaw = 0, pitch = 0, roll = 0;  // rad
+  dvec3 translation{0};                 // m, displacement from the rest pose
+  double yaw = 0, pitch = 0, roll = 0;  // rad, rotations from the rest pose
 };
 /// Parses a packet of 48 bytes: six little-endian doubles, in cm and degrees. No value if a number is not finite or not
 /// plausible for a head (limits: 2 m, 360 degrees).

@@ -32,7 +32,7 @@ struct Hud {
   double speed_krpm = 0;
   // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
   bool force_shown = true;
-  double force = 0;        // N
+  double force = 0;        // N, force that is shown
   double force_limit = 5;  // N, force at the bar's end
   std::string hint;        // parts separated by three spaces; lines break there
   HudWords words;

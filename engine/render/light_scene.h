@@ -20,7 +20,7 @@ namespace typodont::render {
 /// A triangle that blocks light and reflects it diffusely. Its corners are counter-clockwise as seen from outside. Its
 /// back is black.
 struct LitTriangle {
-  std::array<glm::vec3, 3> corners;  // m, W
+  std::array<glm::vec3, 3> corners;  // m, W, corners of the triangle
   glm::vec3 albedo{0.5f};            // linear, fraction of the light that is reflected
 };
 

@@ -18,7 +18,7 @@ namespace typodont::render {
 /// Parameters of the motion, as in debris::DebrisOptions and debris::CoarseField.
 struct CloudLaw {
   std::size_t capacity = 100'000;
-  glm::dvec3 gravity{0, 0, -9.81};                   // m/s²
+  glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
   double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
   double decay_time = 2, lifetime = 6;    // s
@@ -29,12 +29,12 @@ struct CloudLaw {
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};                              // m, W
+  glm::vec3 p{0};                              // m, W, position
   float age = 0;                               // s
-  glm::vec3 v{0};                              // m/s
+  glm::vec3 v{0};                              // m/s, velocity
   float mass = 0;                              // kg, mass at creation; 0: removed by suction
   float chip = 0;                              // m, diameter of a single chip; one particle represents several chips
-  float density = 0;                           // kg/m³
+  float density = 0;                           // kg/m³, density of the chip's material
   float rate = -1;                             // 1/s, drag rate; ≥ 1e30: at rest; < 0: computed from the speed
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB
 };

@@ -435,7 +435,7 @@ struct Renderer::Impl {
   /// is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
-    constexpr double kSeenBeside = 2.2e-3;  // m
+    constexpr double kSeenBeside = 2.2e-3;  // m, width of the margin
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
     tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);

@@ -76,8 +76,8 @@ struct Eye {
 };
 
 struct Particle {
-  glm::vec3 p{0};        // m, W
-  float radius = 2e-5f;  // m
+  glm::vec3 p{0};        // m, W, position
+  float radius = 2e-5f;  // m, radius of the particle
   glm::vec3 color{1};    // sRGB
   float opacity = 1;     // 1 for a chip; less for mist
   glm::vec3 streak{0};   // m, W: path of a droplet during the exposure; it ends at p
@@ -85,8 +85,8 @@ struct Particle {
 
 /// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
-  dvec3 origin{0};     // m, W
-  double spacing = 0;  // m
+  dvec3 origin{0};     // m, W, position of the first sample
+  double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no film
 };
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
@@ -105,8 +105,8 @@ struct FilmBox {
 /// Light from the room and from other surfaces, on a grid of samples at origin + spacing · (x, y, z). LightScene
 /// computes this grid.
 struct LightGrid {
-  dvec3 origin{0};     // m, W
-  double spacing = 0;  // m
+  dvec3 origin{0};     // m, W, position of the first sample
+  double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no grid
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
   // fraction of the lamp that is visible from the sample.

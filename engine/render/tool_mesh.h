@@ -14,8 +14,8 @@ struct ToolShape {
   int flutes = 8;                   // number of flutes; 0: the head is smooth (a probe)
   double flute_depth = 0.15;        // depth of a flute as a fraction of the local radius
   double helix = 0.5;               // number of turns of a flute over the length of the head
-  double neck_radius = 4e-4;        // m
-  double neck_length = 4e-3;        // m
+  double neck_radius = 4e-4;        // m, radius of the neck
+  double neck_length = 4e-3;        // m, length of the neck
   double shank_radius = 8e-4;       // m, radius of the shank; friction-grip shanks have a diameter of 1.6 mm
   double shank_length = 16e-3;      // m, length of the shank; 0: the tool has neither neck nor shank
   bool diamond = false;             // true: the head has rough diamond grit instead of flutes

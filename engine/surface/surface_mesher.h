@@ -23,7 +23,7 @@ namespace typodont::surface {
 /// A vertex in the layout of the vertex buffer, 28 bytes. Positions are in the voxel frame of the bricks: p_W =
 /// frame.to_world(position).
 struct SurfaceVertex {
-  glm::vec3 position{0};  // voxels
+  glm::vec3 position{0};  // voxels, position of the vertex
   glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
   // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
   // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.

@@ -19,7 +19,7 @@
 namespace typodont::haptics {
 
 struct VelocityEstimate {
-  dvec3 v{0};      // m/s
+  dvec3 v{0};      // m/s, velocity of the hand
   double lag = 0;  // s, age of the velocity v: half the window
 };
 

@@ -13,7 +13,7 @@ inline constexpr int kPieceMargin = 4;
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
-  std::vector<float> distance;      // voxels
+  std::vector<float> distance;      // voxels, distance of each sample
   std::vector<std::uint8_t> loose;  // 1 for each sample of the piece
 
   std::size_t at(const glm::ivec3& p) const {

@@ -94,12 +94,12 @@ struct StrokeKept {
 };
 
 struct TissueVolume::Impl {
-  openvdb::FloatGrid::Ptr distance;  // voxels
+  openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
   bool graded = false;               // true if some voxel has a hardness other than its tissue's own
   VoxelFrame frame;
-  double band = 0;  // m
+  double band = 0;  // m, distance from the surface up to which distances are stored
   bool exact_outside = true;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
