@@ -35,8 +35,8 @@ double ear_delay(double angle);
 /// Duda 1998, eqs. 3 and 4.
 double ear_shadow(double angle);
 
-/// Used by one thread at a time. Only the constructor allocates. If the head moves, delays and shadows approach their
-/// new values with the time constant kGlide, so that no clicks are heard.
+/// Renders a mono sound for two ears. Used by one thread at a time. Only the constructor allocates. If the head moves,
+/// delays and shadows approach their new values with the time constant kGlide, so that no clicks are heard.
 class Binaural {
  public:
   explicit Binaural(double sample_rate);

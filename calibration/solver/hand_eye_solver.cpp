@@ -362,7 +362,7 @@ class Solver {
                   scale.asDiagonal();
   }
 
-  // Range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in S.
+  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;

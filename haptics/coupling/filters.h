@@ -23,10 +23,12 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;     // N per tick, limit of the change: δ of Wang 2009
-  double still = 0.001;   // N, ξ of the vertex deformation method: a smaller force counts as zero
-  double renewal = 0.10;  // N, limit of the force's change during a stroke; at a larger change the force is renewed
-  double cap = 3.0;       // N, λ: limit of the force's magnitude
+  double step = 0.02;    // N per tick, limit of the change: δ of Wang 2009
+  double still = 0.001;  // N, ξ of the vertex deformation method: a smaller force counts as zero
+  // N, limit of the difference between the computed force and the constant force of a stroke; at a larger difference,
+  // the computed force is used
+  double renewal = 0.10;
+  double cap = 3.0;  // N, λ: limit of the force's magnitude
 };
 
 /// Returns the filtered force, N. `wanted`: N, computed force; `last`: N, force of the previous tick.

@@ -19,7 +19,7 @@ struct FillBall {
   unsigned all_pieces;                          // one bit for each piece
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // provides the tool's limit
+  const Fill* filling;  // the filling to which the ball belongs; the kernel reads its limit
 };
 
 struct FillBlock {

@@ -44,7 +44,8 @@ class SlackRows {
   float rows_[16 * kRow];
 };
 
-/// Returns the stage before which a group with this slack cannot change, in a list that is valid for `ahead`.
+/// A list of groups is valid while the head moves by `ahead` (voxels). This motion is divided into CutFront::kStages
+/// equal stages. Returns the first stage in which a group with this slack can change.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

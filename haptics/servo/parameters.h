@@ -24,10 +24,9 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s, limit of the saved energy, given as the time in which the present power delivers this energy. The limit applies
-  // until a voxel yields or the bur lands again.
+  // s. The saved energy is limited to the present power times this time, until a voxel yields or the bur lands again.
   static constexpr double budget_time = 0.5;
-  // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
+  // s. Replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
   static constexpr double held_time = 0.05;
   // m³, limit of the volume that may be removed before the motor has done the work for this volume (when a tip breaks
   // in)
