@@ -22,7 +22,7 @@ constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets th
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// in spacings of the grid, largest change of the lookup's position by the smooth normals of a curved surface
+// spacings of the grid, limit of the distance between the lookup on a curved surface and the lookup on its triangle
 constexpr float kCurved = 0.15f;
 constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
 

@@ -162,9 +162,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      F8 low = first + (mz + 1.0f) - half,
-         // truncated to an integer later; the + 1 then rounds up, because all values are positive
-          high = first + (mz + 1.0f) + half;
+      // These bounds are truncated to integers later. Because of the + 1 this rounds up, since all values are positive.
+      F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
         low = edge > low ? edge : low;
