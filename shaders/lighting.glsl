@@ -164,7 +164,7 @@ vec3 room(vec3 r, float rough) {
 }
 
 // Returns the mean of room() over the directions above a surface, weighted by the cosine. The window contributes up to
-// 0.06 of its radiance less than this mean, because tissue hides the window more than the ceiling.
+// 0.06 of its radiance less than in the exact integral, because tissue hides the window more than the ceiling.
 vec3 ambient_light(vec3 n) {
   float window = max(dot(n, frame.window.xyz) + 0.35, 0.0);
   vec3 walls = mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz));
