@@ -12,7 +12,7 @@
 namespace typodont::audio {
 
 inline constexpr double kHeadRadius = 0.0875;  // m, mean radius of an adult head (Brown & Duda)
-inline constexpr double kSpeedOfSound = 343;   // m/s
+inline constexpr double kSpeedOfSound = 343;   // m/s, speed of sound in air
 /// m, distance from the midpoint of the eyes back to the midpoint of the ears
 inline constexpr double kEarsBehindEyes = 0.09;
 

@@ -70,8 +70,8 @@ struct ArmResult {
   double before_rms = 0, after_rms = 0;
   double sigma = 0;  // m per axis, standard deviation of a capture
   int degrees_of_freedom = 0;
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m, residual of each capture
+  std::vector<std::size_t> rejected;  // indices of the rejected captures
+  std::vector<double> residuals;      // m, residual of each capture
   // reason why an arm of this type cannot explain the captures (then do not use the result); empty: it can explain them
   std::string misfit;
 };

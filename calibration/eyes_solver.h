@@ -31,11 +31,11 @@ struct UserOffset {
 
 struct EyesResult {
   EyePair eyes;
-  std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
-  double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  double sigma = 0, rms = 0;             // m, noise and rms residual, both perpendicular to the line of sight
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;          // m
+  std::array<double, 3> center_sigma{};   // m per axis, standard deviation of the eyes' centre
+  double ipd_sigma = 0;                   // m, standard deviation of the interpupillary distance
+  double sigma = 0, rms = 0;              // m, noise and rms residual, both perpendicular to the line of sight
+  std::vector<std::size_t> rejected;      // indices of the rejected alignments
+  std::vector<double> residuals;          // m, residual of each alignment
   std::string not_determined;             // parameters that the alignments do not determine; empty: none
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };

@@ -24,10 +24,10 @@ struct PanelResult {
   std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
   /// rad, standard deviation of the panel's tilt, about the axis for which it is largest
   double tilt_sigma = 0;
-  double sigma = 0, rms = 0;  // m
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m
-  std::string not_determined;     // parameters that the touches do not determine; empty: none
+  double sigma = 0, rms = 0;          // m, noise, and rms residual of the touches that are not rejected
+  std::vector<std::size_t> rejected;  // indices of the rejected touches
+  std::vector<double> residuals;      // m, residual of each touch
+  std::string not_determined;         // parameters that the touches do not determine; empty: none
 };
 
 /// Estimates the panel. `tip_radius`: m, radius of a ball at the end of the stylus. The ball touches the visible side
@@ -39,8 +39,8 @@ struct MirrorResult {
   double tilt_sigma = 0;    // rad, standard deviation of the mirror's tilt, about the axis for which it is largest
   double offset_sigma = 0;  // m, standard deviation of the offset at the centre of the touches
   double sigma = 0, rms = 0;
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m
+  std::vector<std::size_t> rejected;  // indices of the rejected touches
+  std::vector<double> residuals;      // m, residual of each touch
   std::string not_determined;
 };
 

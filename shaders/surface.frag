@@ -88,7 +88,7 @@ void main() {
   }
   if (kView == 3 && a != kGingiva && a < kMucosa) {
     // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
-    float d = in_normal.w * 2.0;  // mm
+    float d = in_normal.w * 2.0;  // mm, difference from the ideal
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
     color = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
     look.xyz = vec3(0.6, 0.0, 0.15);

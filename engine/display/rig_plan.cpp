@@ -15,7 +15,7 @@ constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of
 /// A half space outward · p ≤ offset with |outward| = 1.
 struct Limit {
   dvec3 outward;
-  double offset;  // m
+  double offset;  // m, distance of the boundary plane from the origin along `outward`
   std::string name;
 };
 

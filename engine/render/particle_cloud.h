@@ -21,7 +21,8 @@ struct CloudLaw {
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
   double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
-  double decay_time = 2, lifetime = 6;    // s
+  // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
+  double decay_time = 2, lifetime = 6;
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
   glm::dvec3 origin{0};       // origin of the distance field, m, W
   double spacing = 5e-4;      // m, spacing of the samples of the distance field
@@ -30,7 +31,7 @@ struct CloudLaw {
 
 struct CloudParticle {
   glm::vec3 p{0};                              // m, W, position
-  float age = 0;                               // s
+  float age = 0;                               // s, time since creation
   glm::vec3 v{0};                              // m/s, velocity
   float mass = 0;                              // kg, mass at creation; 0: removed by suction
   float chip = 0;                              // m, diameter of a single chip; one particle represents several chips

@@ -26,7 +26,7 @@ class PlacedHead {
              std::size_t stride_y, PerTissue* added) const noexcept;
 
  private:
-  HeadField head_;  // voxels
+  HeadField head_;  // lengths in voxels
   Tissue label_;
   Pose X_TV_;  // positions in voxels
   glm::ivec3 lo_, hi_;

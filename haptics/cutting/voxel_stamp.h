@@ -27,7 +27,7 @@ class VoxelStamp {
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
  private:
-  HeadField head_;  // voxels
+  HeadField head_;  // lengths in voxels
   Pose X_TV_;       // positions in voxels
   glm::ivec3 lo_, hi_;
 };

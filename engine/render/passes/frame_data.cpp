@@ -40,7 +40,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
     // The middle is rounded, so that the spot does not move while a tooth is cut.
-    constexpr double kStep = 2e-3;  // m
+    constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
     // Returns the half sizes of a box as seen from the lamp.
@@ -69,7 +69,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
     // The bounds are rounded outward to multiples of kStep, so that the shadow map does not move while a tooth is cut.
-    constexpr double kStep = 2e-3;  // m
+    constexpr double kStep = 2e-3;  // m, rounding step
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
     const glm::dvec3 middle = 0.5 * (lo + hi);
