@@ -15,17 +15,18 @@ std::filesystem::path assets_folder();
 /// Folders in which the files that a scene names are searched.
 struct ScenePlace {
   std::filesystem::path beside;  // relative paths are searched here first, then in assets/
-  // folders; a file must lie in one of them or in assets/, after following links; empty: no restriction
+  // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
+  // folder is allowed.
   std::vector<std::filesystem::path> within;
-  int recordings = 0;  // length of the chain of recordings, each resumed by the next one, that leads to the scene
+  int recordings = 0;  // number of recordings that were resumed one after another to reach this scene; it is limited
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Resolves a path from a scene: relative to `place`, then to assets/. If neither path exists, throws Error that
-/// names both. Also throws if the path lies outside the allowed folders; in this case it does not check if the file
-/// exists.
+/// Finds a file that a scene names. The path is searched relative to `place` first, then relative to assets/. Throws
+/// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the function
+/// does not check if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// The user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();

@@ -1,4 +1,4 @@
-// Runs a scene's haptic core and its hand on one thread as fast as possible. Equal input gives equal output bytes.
+// Runs servo, carver and hand of a scene on one thread as fast as possible. Equal input gives equal output bytes.
 #pragma once
 
 #include <functional>
@@ -19,11 +19,11 @@ class HapticLoop {
   /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
-  /// Runs one tick of the servo, then the carver, then takes a new snapshot for the next tick if one is due. Returns
-  /// true if the tick cut.
+  /// Runs one tick of the servo, then the carver. If a new snapshot of the tissue is due, the next tick uses it.
+  /// Returns true if the tick removed tissue.
   bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Reads `hand` until its samples end, and calls `each` after every tick.
+  /// Reads `hand` until it has no more samples. Calls `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
   /// For tests of a late carver: stalls the carver once per second for `seconds`.
@@ -33,7 +33,7 @@ class HapticLoop {
 
   haptics::Carver& carver() { return steps_.carver(); }
   haptics::Servo& servo() { return steps_.servo(); }
-  /// The snapshot that was adopted before the last tick, if there was one.
+  /// The snapshot that the servo began to use before the last tick; null if it kept the old snapshot.
   const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 
  private:

@@ -9,9 +9,9 @@
 
 namespace typodont {
 
-/// Treatment of the servo's force while the carver is late. All laws except the first are for comparison: they
-/// attenuate the force between servo and hand according to the tick's fault bits, so the servo's energy ledger does not
-/// include their effect.
+/// Changes of the servo's force while the carver is late. kServo is the program's own behaviour; the other laws exist
+/// for comparison. They reduce the force after the servo computed it, depending on the tick's fault bits, so the
+/// servo's energy ledger does not include their effect.
 enum class StallLaw {
   kServo,        // the servo's force, unchanged
   kFadeOnStale,  // fades with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
@@ -42,14 +42,14 @@ struct StallRun {
   StallLaw law = StallLaw::kServo;
 };
 
-/// Results from the stall's first tick to one second after its last tick. SI units.
+/// Results of one run, measured from the first tick of the stall to one second after its last tick. SI units.
 struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
   double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
-  double most_force = 0;  // N, largest force in this time
-  double most_speed = 0;  // m/s, highest speed of the hand
-  double held_back = 0;   // N, largest force against a hand that withdraws
+  double most_force = 0;  // N, largest force during the measured time
+  double most_speed = 0;  // m/s, highest speed of the hand during the measured time
+  double held_back = 0;   // N, largest force that pulls a withdrawing hand back to the tissue
   double end_force = 0;   // N, force in the last tick
   std::uint32_t faults = 0;
 };

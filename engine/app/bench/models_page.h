@@ -14,7 +14,7 @@ struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;
 };
-/// The figures among `rows`, in order; rows with names of another form are omitted.
+/// Selects the figures among `rows` and keeps their order. Rows whose names have another form are omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
 /// The model that is best in most tasks of the page's table of recommendations; empty if there are no figures.

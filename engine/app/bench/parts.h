@@ -25,7 +25,7 @@ struct BenchPart {
   std::string_view what;  // one sentence for the page: what the part measures
   /// Returns the measured rows. Throws Error if a required file or device is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
-  bool takes_model = false;  // the part uses BenchRun::method
+  bool takes_model = false;  // true: the part uses BenchRun::method
   /// Writes the part's rows as a separate page; null: the rows are a section of the common page.
   void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                      const std::string& machine) = nullptr;

@@ -48,7 +48,7 @@ std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Plots the cost of the rows that vary the problem size.
+/// Plots the time against the problem size, for the rows that vary this size.
 std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   std::map<std::string, Plot> plots;
   for (const BenchRow& r : rows) {

@@ -1,4 +1,4 @@
-// typodont bench: measures error and time of each part, with baselines measured in the same run.
+// The command `typodont bench`: measures error and time of each part, with baselines measured in the same run.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -35,7 +35,7 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// Describes machine, compiler, flags and date, because only rows of the same machine and build are comparable.
+/// Describes machine, compiler, flags and date. Rows can be compared only if these are equal.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
@@ -186,7 +186,7 @@ void run(const Options& options) {
     measured.push_back({&part, part.rows(asked)});
   }
   std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
-  if (!options.keep.empty()) {  // the kept rows were not measured on this machine today
+  if (!options.keep.empty()) {  // the kept rows were measured earlier, perhaps on another machine
     LineReader in(options.keep, InputKind::kTable);
     std::string first;
     if (in.next(first) && first.starts_with("# "))

@@ -1,5 +1,5 @@
-// The command line: commands, options, and checks of option values. CLI11 parses the words; only command_line.cpp
-// includes CLI11, which costs 8 s of compile time per file.
+// The command line: commands, options, and checks of option values. CLI11 parses the command line. Only
+// command_line.cpp includes CLI11, because its header adds 8 s to the compile time of a file.
 #pragma once
 
 #include <functional>
@@ -37,8 +37,9 @@ Check more_than_zero(double most = 1e9);
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// Accepts the name of a file that the command may write: the extension belongs to one of these kinds (a device or FIFO
-/// may have any name), the folder is writable, and an existing file of this name may be overwritten (PartialFile).
+/// Accepts the name of a file that the command may write. The extension must belong to one of `kinds` (a device or FIFO
+/// may have any name), and the folder must be writable. `over` says if an existing file may be overwritten
+/// (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {
@@ -48,10 +49,9 @@ class Option {
   Option* required();
   /// Shows the variable's present value as the default in the help.
   Option* show_default();
-  /// The option takes `count` words.
+  /// The option takes `count` values.
   Option* expected(int count);
-  /// The option takes at most one word; without a word, its value is `usual`. `word`: placeholder for the word in the
-  /// help.
+  /// The option takes a value or none; without a value it is `usual`. `word`: placeholder for the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
@@ -85,9 +85,9 @@ class Command {
   bool named_command() const;
   std::string help() const;
 
-  /// Parses the words and runs the named command. Only for the root. Returns an empty optional after a command ran,
-  /// otherwise the exit status: 0 after --help and --version, 2 if the words are invalid. Throws the exceptions of the
-  /// command's work.
+  /// Parses the command line and runs the command that it names. Call it only on the root. Returns an empty optional
+  /// after a command ran, otherwise the exit status: 0 after --help and --version, 2 if the command line is invalid.
+  /// Throws the exceptions of the command's work.
   std::optional<int> run(int argc, char** argv);
 
  private:

@@ -30,7 +30,7 @@ std::string_view words_of(Question question, session::Language language = sessio
 struct Stimulus {
   std::string model;           // contact model; empty: the scene's model
   double stiffness_ratio = 1;  // ratio of the stiffness to the scene's stiffness
-  double force_fraction = 1;   // 0..1, factor on the force that reaches the hand
+  double force_fraction = 1;   // 0..1, factor by which the force on the hand is multiplied
   double delay = 0;            // s, delay of the force
 };
 
@@ -69,8 +69,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// 0..1, completed fraction of the experiment: of the trials, or of the staircase's turns if this fraction is
-  /// larger.
+  /// Completed fraction of the experiment, 0..1. It is the larger of two fractions: of the trials and of the
+  /// staircase's turns.
   double fraction() const;
   /// The present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
@@ -86,23 +86,24 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  // for models, one value per trial: true if the second model is presented second; balanced
+  // Only for a comparison of models, one value per trial: true if the second model is presented second. Both orders
+  // occur equally often.
   std::vector<bool> orders_;
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
 
-/// The result of the answered trials of a plan. The trials may come from a log.
+/// The result of an experiment, computed from its answered trials. The trials may come from a log.
 struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;  // fitted psychometric function; for all questions except models
+  std::optional<PsychometricFit> fit;  // fitted psychometric function; empty if models are compared
   int turns = 0;                       // number of turns of the staircase
-  // level at which the staircase settled, and the fraction of right answers that belongs to this level
+  // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
   Estimate chosen;    // fraction of the answers that chose the second model
-  double chance = 1;  // probability of these or more uneven answers if the subject felt no difference
+  double chance = 1;  // probability that a subject who feels no difference gives answers at least as uneven as these
   Estimate second;    // fraction of the answers "second"
 };
 

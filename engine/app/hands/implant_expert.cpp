@@ -16,23 +16,29 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry at which the tool is changed
-constexpr double kNear = 2.0e-3;        // m, height above the entry; below it the hand moves slowly
+constexpr double kAbove = 8e-3;         // m, height of the tip above the planned entry point at which tools are changed
+// m, height above the planned entry point; below this height the hand moves slowly
+constexpr double kNear = 2.0e-3;
 constexpr double kTravel = 20e-3;       // m/s, speed in the air
 constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
-constexpr double kSweepReach = 3.5e-3;  // m, distance that is smoothed on each side of the axis
-constexpr double kSweepBelow = 0.1e-3;  // m, depth of the hand below the wanted ridge, because the bur yields
+constexpr double kSweepReach = 3.5e-3;  // m, half the length of the smoothed ridge, measured from the implant's axis
+// m, depth of the hand below the planned ridge while smoothing; the hand is lower than the bur because the coupling
+// yields
+constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
-constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N, forces of the phases
+// N, forces for drilling, for cutting a thread, for checking the depth, and for marking
+constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
 constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate at which an error of the force changes the lead
-constexpr double kMostLead = 3e-3;        // m, limit of the lead
+constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back
-constexpr double kHot = 42, kCool = 40;   // °C: the hand lifts the tool at kHot, and continues at kCool
-constexpr double kClear = 0.5e-3;         // m, height above the plan's entry at which a bur no longer touches its pit
-constexpr double kSlowFrom = 0.3e-3;      // m, distance to the wanted depth at which the hand slows down
-constexpr double kPatience = 200;         // s, limit of the time in a stage
+// °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
+constexpr double kHot = 42, kCool = 40;
+// m, height above the planned entry point at which a bur no longer touches the pit that it drilled
+constexpr double kClear = 0.5e-3;
+constexpr double kSlowFrom = 0.3e-3;      // m, distance to the planned depth at which the hand slows down
+constexpr double kPatience = 200;         // s, limit of the duration of a stage
 
 }  // namespace
 
@@ -86,7 +92,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True from the moment when the bone is too hot until it has cooled down.
+/// True after the bone has become too hot, until it has cooled down.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -106,8 +112,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Moves to and fro over the ridge, with the bur's lowest point at the plan's entry. Lifts the bur while the
-      // bone is hot.
+      // Smooths the ridge: moves to and fro, with the bur's lowest point at the height of the planned entry point.
+      // Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -195,13 +201,13 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap moves out only while its thread turns backwards.
+      // A tap (a tool that cuts a thread) can leave the bone only while it turns backwards.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
-        // A round bur must turn while it is withdrawn from its pit; the walls of the pit would hold a bur at rest.
+        // A round bur must turn while it leaves its pit. The walls of the pit would hold a bur that does not turn.
         if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
       }
