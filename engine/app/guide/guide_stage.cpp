@@ -286,8 +286,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Waits here until the GPU has finished. The destructor of the frame ring would also wait, but throws if the GPU is
-    // lost.
+    // Waits here until the GPU has finished, because the wait of the frame ring throws if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();

@@ -34,8 +34,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, time constant with which a tool becomes transparent when its tracking is lost, and opaque again when tracking
-// returns
+// s, duration of the change when a tool becomes transparent because its tracking is lost, or opaque again
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
@@ -352,13 +351,14 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The thread hangs in a call of the runtime, so it is abandoned with all its data.
+    // The thread hangs in a call of the headset's runtime. So the thread and all its data are abandoned.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end, so the GPU hangs
+    // the thread does not end although it is not in a call of the runtime, so the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

@@ -1,4 +1,4 @@
-// The page of recorded sessions and their evaluation, and of teeth from scans and meshes.
+// The page that lists the recorded sessions with their scores, and imports teeth from scans and meshes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-/// Draws the points out of 100, in red if the pass mark is missed.
+/// Draws the points of a session out of 100. They are red below the pass mark.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");

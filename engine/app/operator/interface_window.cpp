@@ -18,10 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s, time after the last input in which every frame is drawn, for hover effects and the blinking cursor
+// s, time after the last input during which every frame is drawn, for hover effects and the blinking cursor
 constexpr double kSettle = 0.25;
 
-/// Returns the first of the files that exists. Debian, Fedora and Arch have fonts in different folders.
+/// Returns the first file of the list that exists. The list is needed because Debian, Fedora and Arch have fonts in
+/// different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -44,7 +45,8 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// A dark, neutral theme that does not distract from the picture, with one accent colour for possible actions.
+/// Sets a dark, neutral theme, which does not distract from the picture. One accent colour marks elements that can be
+/// used.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -186,7 +188,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  if (device_.device) vkDeviceWaitIdle(device_.device);  // the device is null if a new one could not be created
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // there is no device if a new one could not be created
 }
 
 void InterfaceWindow::build_fonts() {
