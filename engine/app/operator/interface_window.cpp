@@ -196,8 +196,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // The fonts contain these characters: Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese also
-  // the characters in the catalogue.
+  // Selects the characters that the fonts contain: Latin, Greek (for µ), punctuation, arrows and mathematical signs.
+  // For Chinese, the characters of the text catalogue are added.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -297,7 +297,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 accepts key states instead of key events.
+  // ImGui 1.86 reads the state of each key, not key events. So the queue limits the keys of a frame.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -336,8 +336,8 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // The handle of a destroyed picture may be used again for a later upload, so the number includes the count of
-  // uploads.
+  // Vulkan may give the handle of a destroyed picture to a picture that is uploaded later. So the number of uploads is
+  // part of the identifying number.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

@@ -7,8 +7,8 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// number of frames. ImGui moves the focus or opens a list one frame after the request; only then does a field accept
-// text, or a list accept arrows.
+// Number of frames after a key that moves the focus. ImGui moves the focus or opens a list one frame after the key; a
+// field accepts text, or a list accepts arrow keys, only after that.
 constexpr int kFocusFrames = 3;
 
 /// True if the key acts on the focused element.
@@ -41,7 +41,7 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      // if the state is the same, the event is a key repeat, which the pages handle themselves
+      // An event without a change of state is a key repeat. It is ignored, because the pages repeat keys themselves.
       if (down_[code] != key.down) {
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))

@@ -9,10 +9,10 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTouch = 500'000'000;  // ns, total contact time after which the tool counts as having touched
+constexpr Nanos kTouch = 500'000'000;  // ns, threshold: after this total time in contact, the step "touch" is done
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-constexpr double kMoved = 10 * kMillimetre;  // m, length of the hand's path after which the tool counts as moved
-// m, limit of the step between two ticks; a larger step is a jump of the input and is ignored
+constexpr double kMoved = 10 * kMillimetre;  // m, threshold: after a path of this length, the step "move" is done
+// m, limit of the motion between two ticks; a larger motion is a jump of the input, and is ignored
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace
