@@ -32,17 +32,18 @@ class StepWatcher {
 
   /// Checks the user's actions since the current step began. Returns true if they have now completed the step.
   bool follow(const StepActions& now);
-  /// Completes the current step, or reopens the last one, by a click.
+  /// Completes the current step by a click of the user. back() marks the last completed step as not done.
   void next();
   void back();
 
  private:
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the values at the start of the current step are stored
+  bool begun_ = false;  // true: the state at the start of the current step is stored
   StepActions start_;
-  Nanos touched_ = 0, last_t_ = 0;  // ns, contact time in this step; time of the last tick
-  double path_ = 0;                 // m, length of the hand's path in this step
+  /// touched_: ns, contact time in the current step; last_t_: ns, time of the last tick
+  Nanos touched_ = 0, last_t_ = 0;
+  double path_ = 0;                 // m, length of the hand's path in the current step
   dvec3 last_p_{0};
 };
 

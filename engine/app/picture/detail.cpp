@@ -5,7 +5,7 @@
 namespace typodont {
 
 namespace {
-constexpr float kStep = 1.3f;  // ratio between tolerances above which a new mesh is worthwhile
+constexpr float kStep = 1.3f;  // ratio between new and old tolerance above which the tooth is meshed again
 }
 
 double screen_pixel(const display::DisplayRig& rig) {

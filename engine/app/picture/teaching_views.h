@@ -1,5 +1,5 @@
 // Bodies for the teaching views: the face of a section, the inner tissues, and the difference from an ideal
-// preparation. Computed from the volume on request; the carver's thread.
+// preparation. They are computed from the volume on request. The carver's thread.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace typodont {
 
-/// The face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept; the face
-/// is visible from the other side. Positions are relative to the volume's origin.
+/// Makes the face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept, and
+/// the face is visible from the other side. Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset);
 
-/// The surface of one tissue inside the tooth, smoothed over a voxel; for dentin only its outer surface. Positions are
-/// relative to the volume's origin.
+/// Makes the surface of one tissue inside the tooth, smoothed over a voxel. For dentin, it is only the outer surface.
+/// Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
 /// The surface of the tissue without the hidden tissues, given as bits (1 << tissue).
