@@ -1,4 +1,4 @@
-// A scene file, parsed and checked: the tissue, the tools, and the parts of the program that it needs.
+// A scene: its file is parsed and checked. Contains the tissue, the tools, and the parts of the program that it needs.
 #pragma once
 
 #include <filesystem>
@@ -25,10 +25,11 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // folders for relative file names: the folder of `file`, or of the recording
-  std::string text;  // content of the scene file
+  ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
+  std::string text;  // text of the scene file
   std::string name;
-  std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
+  /// parts of the program that the scene needs: haptics, render, sound, debris, record, score
+  std::set<std::string> parts;
   haptics::ServoSettings servo;      // servo settings except the voxel frame, which the tissue determines
   DrawnAs drawn_as;                  // tissues that are drawn like another tissue, e.g. a hidden lesion
   std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor

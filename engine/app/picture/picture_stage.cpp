@@ -289,7 +289,7 @@ void PictureStage::follow_pixels(double pixel) {
 }
 
 void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
-  // m: clearance at the tool, distance between two dots, length of the row of dots, radius of a dot
+  // m: margin of the ring around the tool, distance between two dots, length of the row of dots, radius of a dot
   constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;
   const haptics::Tool& held = tool();
   const dvec3 down = X_WG.R * dvec3(0, 0, -1);

@@ -18,13 +18,14 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 /// Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
-/// The surface of the tissue without the hidden tissues, given as bits (1 << tissue).
+/// Makes the surface of the tissue without some tissues. `hidden`: the tissues to leave out, as bits (1 << tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
-/// Sets every vertex's `difference` to its distance from the ideal surface: > 0 outside (still to remove), < 0 inside
-/// (removed too much). `origin`: m, W, origin of the positions in `updates`.
+/// Sets `difference` of every vertex to its distance from the ideal surface: positive outside (tissue must still be
+/// removed), negative inside (too much was removed). `origin`: m, frame W, origin of the positions in `updates`.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// mark_difference() with a prepared field of the ideal; the field must extend as far as differences are shown.
+/// Does the same as mark_difference() above with a distance field of the ideal. The field must contain distances up to
+/// the largest difference that is shown.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont
