@@ -47,13 +47,13 @@ struct Scene {
   std::optional<SurroundingsPlan> surroundings;
   /// mouth mirror in the second hand at the start; its diameter is 0 if there is none
   MouthMirror mouth_mirror;
-  HandpieceView handpieces;                      // settings for drawing handpieces
+  HandpieceView handpieces;  // settings for drawing handpieces
   /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
   std::optional<debris::Suction> suction;
-  bool suction_on = false;                       // true: the suction is on at the start
-  SuctionTip suction_tip;                        // suction tip at its initial pose; its opening is 0 if no tip is drawn
-  std::optional<Nozzles> spray;                  // the handpiece's water; empty: the scene has no water and no film
-  bool spray_on = false;                         // true: the spray is on at the start
+  bool suction_on = false;         // true: the suction is on at the start
+  SuctionTip suction_tip;          // suction tip at its initial pose; its opening is 0 if no tip is drawn
+  std::optional<Nozzles> spray;    // the handpiece's water; empty: the scene has no water and no film
+  bool spray_on = false;           // true: the spray is on at the start
   bool sound_lower_order = false;  // true: the order of sound models may be reduced as far as no sound is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }

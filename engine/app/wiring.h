@@ -29,9 +29,9 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 /// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain
 /// their effect, and a replay is exact.
 struct SessionSettings {
-  double speed_fraction = 1;              // 0..1, factor by which the pedal is multiplied; it limits the drill's speed
-  bool backwards = false;                 // true: the handpiece turns backwards; only for a tool with a thread
-  double force_fraction = 1;              // 0..1, factor by which the force on the hand is multiplied
+  double speed_fraction = 1;  // 0..1, factor by which the pedal is multiplied; it limits the drill's speed
+  bool backwards = false;     // true: the handpiece turns backwards; only for a tool with a thread
+  double force_fraction = 1;  // 0..1, factor by which the force on the hand is multiplied
   /// factors by which the stiffness of each tissue is multiplied; used only in sessions without a recording
   PerTissue stiffness = every_tissue(1);
   /// ns, delay of the force at the hand; used only in sessions that can delay forces
@@ -178,8 +178,8 @@ struct Wiring {
   Latest<SeenFrom> head_to_sound;
   // The channel from SERVO to AUDIO is a ring inside SoundLink.
 
-  std::atomic<bool> copy_wanted{false};          // From WATCH to CARVER: WATCH requests a copy of the tissue
-  std::atomic<bool> expert_wants_copy{false};    // From EXPERT to CARVER: EXPERT requests a copy of the tissue
+  std::atomic<bool> copy_wanted{false};        // From WATCH to CARVER: WATCH requests a copy of the tissue
+  std::atomic<bool> expert_wants_copy{false};  // From EXPERT to CARVER: EXPERT requests a copy of the tissue
   /// From CARVER to WATCH: number that increases whenever the tissue changes
   std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
@@ -193,17 +193,16 @@ struct Wiring {
   std::atomic<bool> emergency{false};
   // From RENDER (window) to SERVO: the tool that the user chose by a key; negative: the hand chooses the tool
   std::atomic<std::int32_t> chosen_tool{-1};
-  std::atomic<bool> held{
-      false};  // From RENDER to SERVO: true while the emergency stop is on; the drill is then off
+  std::atomic<bool> held{false};  // From RENDER to SERVO: true while the emergency stop is on; the drill is then off
   std::atomic<std::uint32_t> newest_faults{0};  // From SERVO to RENDER: fault bits of the latest tick
   std::atomic<Nanos> session_zero{
       /// From SERVO to LEFT HAND, RENDER and RECORDER: ns, time of the machine's clock at which the session's time is
       /// zero; 0: the session has not begun
       0};
-  std::atomic<bool> stop{false};          // From any thread to all threads: end the session
+  std::atomic<bool> stop{false};  // From any thread to all threads: end the session
   /// To RECORDER, set after all other threads have ended: the rings contain all data
   std::atomic<bool> nothing_more{false};
-  std::atomic<bool> servo_ended{false};   // From SERVO to RENDER: the hand was disconnected, or its script has ended
+  std::atomic<bool> servo_ended{false};  // From SERVO to RENDER: the hand was disconnected, or its script has ended
 };
 
 }  // namespace typodont

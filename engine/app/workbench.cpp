@@ -83,15 +83,15 @@ struct Workbench::Impl {
   std::optional<StreamTurns> streaming;
   // the pictures; empty if the session is not operated and its pictures are not drawn here
   std::optional<LivePicture> picture;
-  std::optional<XrSession> headset;    // the headset; it draws on its own thread instead of the trainee's picture
-  WorkCounts before;                   // counts of the process when the session started
-  dvec3 above{0, 0, 0};                // m, frame W, initial position of the tool
+  std::optional<XrSession> headset;  // the headset; it draws on its own thread instead of the trainee's picture
+  WorkCounts before;                 // counts of the process when the session started
+  dvec3 above{0, 0, 0};              // m, frame W, initial position of the tool
 
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                // the latest tick that was drawn
-  SessionSettings settings;                      // the settings that were last sent to the servo
+  ServoTick tick;            // the latest tick that was drawn
+  SessionSettings settings;  // the settings that were last sent to the servo
   // evaluates the hand for the score; empty if the session is not operated
   std::optional<session::HandMeter> meter;
   // measures the damage for the score; empty if the session is not operated
@@ -795,8 +795,9 @@ session::Score Workbench::score_so_far() {
   session::ScoreInput input;
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
-  if (judged) input = *views->judged();     // the result of the latest evaluation of the tissue
-  // for a resumed session, the evaluation already contains the volumes at the start
+  if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
+  // The volumes of the evaluation are used only in a resumed session. Otherwise they are computed from the volumes at
+  // the start and the removed volume.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

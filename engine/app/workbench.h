@@ -24,19 +24,19 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;        // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
+  std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
   /// address of the hand; empty: the hand that the rig states, otherwise the mouse if there is a window
   std::string hand;
   /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
   std::string left_hand;
-  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
-  std::string audio;      // address of the sound output; empty: a sound card if there is one
-  bool binaural = false;  // true: two channels of sound for the trainee's ears, with the tool as the source
-  std::filesystem::path record;     // file of the recording; empty: no recording
+  std::string pedal;             // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  double rate = 1000;            // Hz, servo rate for hands without a fixed rate
+  std::string audio;             // address of the sound output; empty: a sound card if there is one
+  bool binaural = false;         // true: two channels of sound for the trainee's ears, with the tool as the source
+  std::filesystem::path record;  // file of the recording; empty: no recording
   /// addresses at which the session's state is published (stream/state_stream.h); empty: it is not published
   std::vector<std::string> stream;
-  double stream_rate = 100;         // Hz, number of published states per second
+  double stream_rate = 100;  // Hz, number of published states per second
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
   double magnify = 0;          // ratio of magnification of the picture; 0: the rig's value
@@ -55,7 +55,7 @@ struct WorkbenchOptions {
   double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session cannot delay forces
 
   // The next options are for the operator's window (engine/app/operator/).
-  bool operated = false;          // true: score and timing are computed during the session
+  bool operated = false;  // true: score and timing are computed during the session
   /// true: the operator's window shows the picture; false: the picture has its own window
   bool embedded = false;
   gpu::Device* device = nullptr;  // the GPU device of the operator's window; null: the session creates its own
@@ -94,11 +94,11 @@ struct WorkbenchStatus {
   double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
   /// N, force limit at the present heat of the motors; 0: the device does not report it
   double bearable_force = 0;
-  bool armed = true;                       // true: the force is enabled, because the hand has been free of contact
-  LoopGranted granted;                     // real-time rights that the system granted to the servo loop
+  bool armed = true;    // true: the force is enabled, because the hand has been free of contact
+  LoopGranted granted;  // real-time rights that the system granted to the servo loop
   /// names of the real-time rights that the system refused; empty: all were granted
   std::string_view real_time;
-  std::optional<ImplantStatus> implant;    // progress of an implant exercise; empty in other exercises
+  std::optional<ImplantStatus> implant;  // progress of an implant exercise; empty in other exercises
 };
 
 struct WorkbenchSummary {
@@ -111,7 +111,7 @@ struct WorkbenchSummary {
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   /// µs, deviation of the time between two wake-ups of the servo from its period: 99.9 % quantile, and largest
   double jitter_us_p999 = 0, worst_jitter_us = 0;
-  LoopReport loop;                                 // complete report about the servo loop
+  LoopReport loop;  // complete report about the servo loop
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
   /// mass balance of chips and water; empty without debris or picture

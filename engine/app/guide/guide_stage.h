@@ -19,10 +19,10 @@ struct GuideOptions {
   calibration::StillTouch::Limits still;
   /// true: opens a window, provided that there is a hand, a desktop and a build with windows
   bool window = true;
-  int monitor = -1;               // number of the monitor for a full-screen window
+  int monitor = -1;  // number of the monitor for a full-screen window
   /// picture of the prompt, written to this file before each touch; empty: no file is written
   std::filesystem::path picture;
-  std::string audio;              // address of the sound output for cues; empty: silent
+  std::string audio;  // address of the sound output for cues; empty: silent
 };
 
 enum class GuideEnd { kSolve, kSkip, kStop };

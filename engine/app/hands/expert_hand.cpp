@@ -78,7 +78,7 @@ struct Lead {
 struct Joining {
   static constexpr double straight_on = 0.9,
                           // cosines of the angle between two strokes; above straight_on, the hand keeps its full speed
-                          turn = 0.3;
+      turn = 0.3;
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
@@ -118,7 +118,7 @@ struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
                           // distance between two passes as a fraction of the tool's diameter, and the lower and upper
                           // bound of this distance in m
-                          most_pass = 0.3e-3;
+      most_pass = 0.3e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
@@ -145,7 +145,7 @@ struct Filling {
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
   // fraction of the free distance below the instrument by which it is lowered in one step
   static constexpr double trusted = 0.7;
-  static constexpr double free = 0.03;    // voxels, smallest distance between the instrument and the tissue
+  static constexpr double free = 0.03;  // voxels, smallest distance between the instrument and the tissue
   // height and radius of a portion, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
@@ -177,7 +177,7 @@ struct Filling {
   static constexpr double whole_voxel = 0.9;
   // m³, smallest portion: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
-  static constexpr int at_once = 1;                 // number of portions per plan
+  static constexpr int at_once = 1;  // number of portions per plan
   // Limit of the time of a portion: `longer` times its nominal time, plus `least_time` (s). Then the portion is
   // abandoned.
   static constexpr double longer = 1.2, least_time = 0.1;
@@ -187,7 +187,7 @@ struct Filling {
 struct Rounds {
   // Another round of cutting is planned only if the error fell below this fraction in the last round.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;                 // limit of the number of rounds of cutting
+  static constexpr int most_cuts = 4;  // limit of the number of rounds of cutting
   // m, the first carving leaves excess filling that is thinner than this
   static constexpr double clearly_too_high = 0.1e-3;
   // m³, limit: a layer that reduces the missing volume by less counts as useless

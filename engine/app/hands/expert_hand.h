@@ -32,10 +32,10 @@ struct ExpertLeg {
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;    // m³, for kWait: the step ends when this volume has been filled
+  double volume = 0;  // m³, for kWait: the step ends when this volume has been filled
   /// m/s, speed at the end of a stroke that the next step continues; 0: the stroke ends with a stop
   double end_pace = 0;
-  double force = 0;     // N, force of a cut
+  double force = 0;  // N, force of a cut
 };
 
 /// Size of the work and forces of a task. The values scale the hand's motion.

@@ -16,7 +16,7 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;         // m, height of the tip above the planned entry point at which tools are changed
+constexpr double kAbove = 8e-3;  // m, height of the tip above the planned entry point at which tools are changed
 // m, height above the planned entry point; below this height the hand moves slowly
 constexpr double kNear = 2.0e-3;
 constexpr double kTravel = 20e-3;       // m/s, speed in the air
@@ -37,8 +37,8 @@ constexpr double kPull = 2e-3;            // m, distance by which the drill is p
 constexpr double kHot = 42, kCool = 40;
 // m, height above the planned entry point at which a bur no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
-constexpr double kSlowFrom = 0.3e-3;      // m, distance to the planned depth at which the hand slows down
-constexpr double kPatience = 200;         // s, limit of the duration of a stage
+constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth at which the hand slows down
+constexpr double kPatience = 200;     // s, limit of the duration of a stage
 
 }  // namespace
 

@@ -19,12 +19,12 @@ constexpr double kUsualStep = 0.15e-3;                     // m, default motion 
 constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the tool's motion per notch of the wheel
 // s, time constant of the smoothing between two positions of the pointer
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;                       // m, limit of the tool's distance from the screen's plane
+constexpr double kMostDepth = 30e-3;  // m, limit of the tool's distance from the screen's plane
 // ns, shortest duration of a press as the servo receives it, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
 // rad, initial tilt of the tool away from the user, so that the bur is visible
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
-constexpr double kMostLean = 85 * kDegree;           // rad, limit of the tilt
+constexpr double kMostLean = 85 * kDegree;  // rad, limit of the tilt
 // rad, change of the tilt when the pointer moves by half the picture's height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
 // ratio: the offset between tool and pointer shrinks by this fraction of the pointer's motion

@@ -41,7 +41,7 @@ class Pointer {
 
   display::DisplayRig rig_;
   double wheel_step_;
-  double depth_ = 0;              // m, distance of the tool in front of the screen's plane, towards the user
+  double depth_ = 0;  // m, distance of the tool in front of the screen's plane, towards the user
   /// rad, tilt of the shank from the z axis of frame W: to the user's right, and away from the user
   glm::dvec2 lean_;
   /// in units of half the picture: position of the pointer, and offset of the tool from the pointer

@@ -13,11 +13,11 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTravelSpeed = 18e-3;    // m/s, speed in the air
-constexpr double kExploreSpeed = 4e-3;    // m/s, speed over the surface while exploring
+constexpr double kTravelSpeed = 18e-3;  // m/s, speed in the air
+constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
 // m, depth of the hand below the surface while exploring; the coupling turns it into a force
 constexpr double kExplorePress = 0.5e-3;
-constexpr double kExplored = 3.0e-3;      // m, distance that is explored on each side of the lesion's middle
+constexpr double kExplored = 3.0e-3;  // m, distance that is explored on each side of the lesion's middle
 
 /// Returns the middle of the caries in the highest layer of voxels that contains caries.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {

@@ -32,9 +32,9 @@ constexpr double kLeastTaken = 0.05;      // voxels, threshold: tissue that is t
 constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
 constexpr double kBridged = 0.4e-3;
-constexpr double kStraight = 3e-3;       // m, threshold: a longer connection between two passes goes over the tissue
-constexpr double kHop = 0.3e-3;          // m, distance between two heights that the search for a connection tries
-constexpr double kRamp = 0.8e-3;         // m, threshold: the tool enters a longer row on a ramp
+constexpr double kStraight = 3e-3;  // m, threshold: a longer connection between two passes goes over the tissue
+constexpr double kHop = 0.3e-3;     // m, distance between two heights that the search for a connection tries
+constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a longer row on a ramp
 // threshold: where the slope of a floor is larger, the floor is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact

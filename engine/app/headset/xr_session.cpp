@@ -34,7 +34,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, duration of the change when a tool becomes transparent because its tracking is lost, or opaque again
+// s, duration in which a tool becomes transparent after its tracking is lost, or opaque after it returns
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
@@ -45,7 +45,7 @@ constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s, limit of a frame's duration; even software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
-constexpr double kLeaveTime = 2;      // s, limit of the time in which the runtime must end the session
+constexpr double kLeaveTime = 2;  // s, limit of the time in which the runtime must end the session
 
 /// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
 /// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high

@@ -43,21 +43,21 @@ struct LiveSession {
   bool steered = false;  // true: the newest tick is read even if nothing is drawn
   /// true: each brick is sent both to a headset and to the operator's picture
   bool watched = false;
-  StrokeHistory book;    // CARVER: the changes that each stroke made, for undo
-  std::string carver_failure;        // CARVER: reason why the carver failed; empty if it did not fail
+  StrokeHistory book;          // CARVER: the changes that each stroke made, for undo
+  std::string carver_failure;  // CARVER: reason why the carver failed; empty if it did not fail
   /// ns, time between two searches for changed bricks; at least the duration of a frame
   Nanos mesh_interval = 16'000'000;
-  std::size_t xr_stream = 0;         // number of the recorded stream that contains a headset's frames
-  std::size_t picture_stream = 0;    // number of the recorded stream that contains a screen's frames
+  std::size_t xr_stream = 0;       // number of the recorded stream that contains a headset's frames
+  std::size_t picture_stream = 0;  // number of the recorded stream that contains a screen's frames
   SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;             // number of the recorded stream that contains a second hand's samples
+  std::size_t left_stream = 0;  // number of the recorded stream that contains a second hand's samples
   /// number of the recorded stream that contains the head's position; empty without a screen
   std::optional<std::size_t> head_stream;
   /// number of the recorded stream that contains the state of water and suction; empty without debris
   std::optional<std::size_t> water_stream;
   /// RECORDER: notes that are computed from the ticks; empty without a recording
   std::optional<TickNotes> notes;
-  std::filesystem::path save;               // file to which the tissue is saved; empty: it is not saved
+  std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   // CARVER: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
   haptics::SearchCounts looks;                      // CARVER: number of searches that the contact model made

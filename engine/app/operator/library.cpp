@@ -215,7 +215,7 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-  // if the disk is full or read-only, the selection is not stored, and no error is reported at exit
+    // if the disk is full or read-only, the selection is not stored, and no error is reported at exit
   } catch (const Error&) {
   }
 }

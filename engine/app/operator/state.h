@@ -67,13 +67,13 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   /// import a scan or mesh with the settings in ImportForm; on the scan page: import the selected region
   kImport,
-  kLookAtScan,       // show the scan of ImportForm before its import
-  kFuse,             // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
-  kFuseDropPoint,    // remove the last point that the user picked
-  kFuseRegister,     // register the intraoral scan by the picked points
-  kFuseTake,         // replace the crowns of the CBCT, and return to the scan page
-  kFuseBack,         // return to the scan page
-  kDropped,          // open the file or folder that the user dropped on the window, OperatorState::dropped
+  kLookAtScan,     // show the scan of ImportForm before its import
+  kFuse,           // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
+  kFuseDropPoint,  // remove the last point that the user picked
+  kFuseRegister,   // register the intraoral scan by the picked points
+  kFuseTake,       // replace the crowns of the CBCT, and return to the scan page
+  kFuseBack,       // return to the scan page
+  kDropped,        // open the file or folder that the user dropped on the window, OperatorState::dropped
   kPlan,      // plan an implant in the jaw of the selected exercise; number on the plan page: class of the bone, from 1
   kSavePlan,  // save the planned implant as an exercise
   kTutorial,  // select and start the tutorial
@@ -216,7 +216,7 @@ struct ExperimentFinding {
   std::string person;
   std::size_t question = 0;
   int trials = 0;
-  double right = 0;                   // %, fraction of right answers; not used if models are compared
+  double right = 0;  // %, fraction of right answers; not used if models are compared
   /// just-noticeable difference in % or ms; if models are compared: how often `models[1]` was chosen, in %
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
@@ -295,8 +295,8 @@ struct OperatorState {
   Look look;                  // settings of the picture in this window: view, colours, visible tissues
   bool look_in_work = false;  // true: some parts of the picture with these settings are not yet computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
-  std::uint32_t tissues = 0;                                // tissues that the scene contains, one bit for each
-  int look_changes = 0;                                     // number of changes of `look` since the session's start
+  std::uint32_t tissues = 0;  // tissues that the scene contains, one bit for each
+  int look_changes = 0;       // number of changes of `look` since the session's start
   /// authoring mode: factors by which the stiffness of each tissue is multiplied
   std::array<float, kTissueCount> stiffness{};
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring mode: sRGB colour of each tissue

@@ -43,7 +43,7 @@ class StepWatcher {
   StepActions start_;
   /// touched_: ns, contact time in the current step; last_t_: ns, time of the last tick
   Nanos touched_ = 0, last_t_ = 0;
-  double path_ = 0;                 // m, length of the hand's path in the current step
+  double path_ = 0;  // m, length of the hand's path in the current step
   dvec3 last_p_{0};
 };
 

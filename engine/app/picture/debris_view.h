@@ -116,8 +116,8 @@ class DebrisView {
   std::optional<debris::Suction> suction_;
   /// batch_size_: number of cuts whose chips are created together; batched_: number of cuts that wait for this
   int batch_size_ = 1, batched_ = 0;
-  PerTissue batch_removed_{};         // m³, volume that the waiting cuts removed
-  Cut last_;                          // the last waiting cut, and the radius of its tool in m
+  PerTissue batch_removed_{};  // m³, volume that the waiting cuts removed
+  Cut last_;                   // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
   PerTissue given_{};         // kg, mass of chips that were passed to the GPU
   double given_dropped_ = 0;  // kg, mass of the chips that did not fit into the GPU's buffer

@@ -90,10 +90,10 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    Wish wish;              // the look that was requested from the computing thread
-    bool made = true;       // true: the computing thread has answered the request
-    int stages = 0;         // number of stages that the picture has had
-    bool replaced = false;  // true: another body replaces the tooth's own bricks, so these are hidden
+    Wish wish;                           // the look that was requested from the computing thread
+    bool made = true;                    // true: the computing thread has answered the request
+    int stages = 0;                      // number of stages that the picture has had
+    bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
     std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }

@@ -41,7 +41,7 @@ class QualityLadder {
   static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
                        /// number of frames; kMostPatience: limit of the wait before the quality is raised
-                       kMostPatience = 7200;
+      kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {
     step_ = step;

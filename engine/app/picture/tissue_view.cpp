@@ -102,7 +102,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const double voxel = volume.frame().voxel;
   // voxels, distance between two probes along the path; a gap in the tissue is usually wider
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;    // voxels, distance of the probes from the path
+  constexpr float kBeside = 2;  // voxels, distance of the probes from the path
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;

@@ -43,10 +43,10 @@ Scene with_bone_class(const Scene& scene, const std::string& name);
 
 /// Findings about an implant at its planned position.
 struct PlanFindings {
-  double in_bone = 0;                // fraction of the thread's surface that lies in bone
+  double in_bone = 0;  // fraction of the thread's surface that lies in bone
   /// m, highest point of the thread's surface that does not lie in bone; empty if the whole surface lies in bone
   std::optional<dvec3> leaves_at_W;
-  double leaves_depth = 0;           // m, depth of the point leaves_at_W below the platform
+  double leaves_depth = 0;  // m, depth of the point leaves_at_W below the platform
   // m, distance between the surfaces of implant and canal; negative if the implant cuts the canal
   double canal_distance = std::numeric_limits<double>::infinity();
   // m, distance to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
@@ -58,8 +58,8 @@ struct PlanFindings {
 /// A rectangle in the tissue. A picture shows the section of the tissue in this rectangle.
 struct SectionPlane {
   dvec3 center_W{0};
-  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};   // unit vectors, perpendicular to each other
-  double width = 0, height = 0;            // m, size of the rectangle
+  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};  // unit vectors, perpendicular to each other
+  double width = 0, height = 0;           // m, size of the rectangle
   /// `fraction`: position as fractions of width and height from the top left corner
   dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;

@@ -42,10 +42,10 @@ struct RerunResult {
   double seconds = 0;
   /// N, difference between the new and the recorded force over all ticks: root mean square, and largest
   double force_off_rms = 0, force_off_max = 0;
-  double force_max = 0, force_max_before = 0;   // N, largest force in the new run and in the recording
+  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and in the recording
   /// m, difference between the new and the recorded position of the drawn tool: root mean square, and largest
   double tool_off_rms = 0, tool_off_max = 0;
-  double removed = 0, removed_before = 0;       // m³, removed volume in the new run and in the recording
+  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and in the recording
 };
 /// Returns the session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null
 /// value removes a key. Throws Error.

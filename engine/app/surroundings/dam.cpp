@@ -14,7 +14,7 @@ constexpr double kSheet = 0.7e-3;     // m, thickness of the sheet over the teet
 constexpr double kTension = 6e-3;     // m, width of the hollows over which the tight sheet is flat
 // m, distance from the curve of the teeth at which the sheet ends, inside the cheek
 constexpr double kSheetTo = 13.5e-3;
-constexpr double kLift = 3.2e-3;      // m, height to which the frame pulls the sheet's edge above the gum
+constexpr double kLift = 3.2e-3;                   // m, height to which the frame pulls the sheet's edge above the gum
 constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half the lengths of a jaw of the clamp
 constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the edge of the gum
 constexpr double kBow = 0.75e-3;                   // m, radius of the wire of the clamp's bow

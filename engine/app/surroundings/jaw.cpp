@@ -16,8 +16,8 @@ constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
 // m, distances from the row of teeth: at kEdgeTo the teeth begin to lose their influence on the ridge, at kEvenFrom
 // they have none
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
-constexpr double kRowDepth = 15.5e-3;                // m, thickness of a jaw with a row of teeth
-constexpr double kBlockDepth = 9e-3;                 // m, smallest thickness of a jaw without a row of teeth
+constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
+constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
 // m, dimensions of the ridge. It is wider at its bottom, and ends in a fold on the buccal side and on the lingual side.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
@@ -29,7 +29,7 @@ constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
-                 kFaceThick = 4e-3;                       // kFaceFall: 1/m, curvature; the other values: m
+                 kFaceThick = 4e-3;  // kFaceFall: 1/m, curvature; the other values: m
 // m, height of the lip above the rim, and depth of the face below the rim
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 

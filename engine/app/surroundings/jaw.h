@@ -13,9 +13,9 @@ class Jaw {
   struct Place {
     /// m, position along the curve of the teeth, and distance from the curve; see ArchCurve::Place
     double along, beside;
-    double depth;          // m, depth below the gum's edge as it would be without papillae
-    double half_width;     // m, half the width of the row of teeth at the gum
-    double x, z;           // m, coordinates in the frame of the row; x points mesial, z occlusal
+    double depth;       // m, depth below the gum's edge as it would be without papillae
+    double half_width;  // m, half the width of the row of teeth at the gum
+    double x, z;        // m, coordinates in the frame of the row; x points mesial, z occlusal
   };
   /// `middle`: m, frame W, middle of the working tooth; `half_width`: m, half its width at the gum; `occlusal`: m, its
   /// highest point along the crown's axis; `roots`: m, depth of its roots below the gum's edge.
@@ -56,7 +56,7 @@ class Jaw {
   dvec3 across_;
   ArchCurve curve_;
   std::vector<Knot> knots_;
-  std::vector<double> contacts_;                // m, positions along the arch at which two teeth touch
+  std::vector<double> contacts_;  // m, positions along the arch at which two teeth touch
   /// m, arch coordinates of the working tooth, and height of the gum's edge there
   double own_ = 0, beside_ = 0, own_edge_ = 0;
   double tilt_along_ = 0, tilt_beside_ = 0;

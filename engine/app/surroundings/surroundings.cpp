@@ -33,13 +33,13 @@ constexpr double kRootShown = 2.5e-3;
 constexpr double kCrownFrom = 4e-3;
 // m, half the lengths of the region in which light between bodies is computed, and height of its middle above the gum
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
-constexpr double kReach = 3e-3;        // m, distance from the tooth up to which its distance field is computed
+constexpr double kReach = 3e-3;  // m, distance from the tooth up to which its distance field is computed
 // m, overlap of the gum with the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
 constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below it the gum hides the root
 // m, width over which the collar (the gum around a tooth) blends into the ridge
 constexpr double kCollarBlend = 1.0e-3;
-constexpr double kCollarFrom = 4e-3;      // m, distance from a tooth at which its collar of gum ends
+constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
 // m, cell sizes of the face of a section through a tooth, and through the gum
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
 // m, overlap of the gum's face with the faces of the teeth in a section, so that no gap is visible.

@@ -25,7 +25,7 @@ struct ToothHill {
 struct ToothForm {
   /// m, full widths at the widest part, in the mesial and buccal directions
   glm::dvec2 widest{0, 0};
-  glm::dvec2 neck{0, 0};                         // m, full widths at the neck, in the mesial and buccal directions
+  glm::dvec2 neck{0, 0};  // m, full widths at the neck, in the mesial and buccal directions
   /// m, full widths at the occlusal end, in the mesial and buccal directions
   glm::dvec2 table{0, 0};
   double height = 0;                             // m, height of the crown up to its highest cusp
