@@ -1,4 +1,5 @@
 // All channels between the threads of a session. Each channel has one thread that writes and one thread that reads.
+// Drawing thread: the trainee's picture. User interface: the operator's window.
 #pragma once
 
 #include <array>
@@ -112,97 +113,109 @@ struct PictureTiming {
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
-  // From SERVO to CARVER
+  // From the servo thread to the carver thread
   Ring<Cut> cuts_to_carver{1 << 14};
   Latest<ServoTick> tick_to_carver;
-  // From CARVER to SERVO
+  // From the carver thread to the servo thread
   haptics::PatchExchange patch;
-  // From SERVO to RENDER
+  // From the servo thread to the drawing thread
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // From SERVO to RENDER, sixty times per second: the points of the soft gum that have moved, and its wounds. Null if
-  // the gum is rigid, or if no window draws the gum.
+  // From the servo thread to the drawing thread, sixty times per second: the points of the soft gum that have moved,
+  // and its wounds. Null if the gum is rigid, or if no window draws the gum.
   std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
   std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
-  // From UI to CARVER: commands. From CARVER to UI: the state of the tissue.
+  // Commands from the user interface to the carver thread, and the state of the tissue from the carver thread to the
+  // user interface.
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};
-  // From CARVER to RECORDER
+  // From the carver thread to the recorder thread
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // From CARVER to RENDER
+  // From the carver thread to the drawing thread
   Ring<LoosePiece> pieces_to_debris{1 << 10};
-  // From CARVER to RENDER
+  // From the carver thread to the drawing thread
   Ring<MeshBatch*> bricks{256};
-  // From CARVER to UI. Used if a headset draws instead of RENDER, and an operator watches.
+  // From the carver thread to the user interface. Used if a headset shows the session and an operator watches in a
+  // window.
   Ring<MeshBatch*> bricks_to_watch{256};
-  // From CARVER to WATCH (live_views.h): copies of the tissue that WATCH has requested. The channel from WATCH to UI is
-  // in LiveViews.
+  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that this thread
+  // has requested. LiveViews contains the channel from this thread to the user interface.
   Ring<haptics::TissueVolume*> copies_to_watch{4};
-  // From CARVER to EXPERT (live_expert.h): copies of the tissue for planning. Used if the hand is an expert.
+  // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
+  // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From RENDER (window) to SERVO. Used if the hand is the mouse.
+  // From the drawing thread (window) to the servo thread. Used if the hand is the mouse.
   Latest<haptics::HandSample> pointer;
-  // From UI to CARVER. Used if an instructor paints.
+  // From the user interface to the carver thread. Used if an instructor paints.
   Ring<BrushMove> paint_to_carver{1 << 10};
-  // From UI to SERVO
+  // From the user interface to the servo thread
   Latest<SessionSettings> settings;
-  // From SERVO to UI. Used if an operator watches.
+  // From the servo thread to the user interface. Used if an operator watches.
   Ring<ServoTick> ticks_to_score{1 << 14};
-  // From RECORDER to UI
+  // From the recorder thread to the user interface
   Latest<RecordState> record_to_render;
-  // From HEADSET (which draws instead of RENDER) to RECORDER, and to SERVO if the hand is a controller.
+  // From the headset's thread, which then draws the pictures. The first goes to the servo thread (used if the hand is a
+  // controller), the second to the recorder thread.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // From RENDER to RECORDER
+  // From the drawing thread to the recorder thread
   Ring<PictureTiming> pictures_to_recorder{1 << 12};
-  // From SERVO to RECORDER
+  // From the servo thread to the recorder thread
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
-  // From SERVO to STREAM; null if the session is not published
+  // From the servo thread to the stream thread. Null if the session is not published to other programs.
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
-  // From SERVO to RENDER: timing of the loop, heat of the motors
+  // From the servo thread to the drawing thread: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // From RENDER to RECORDER, after each change
+  // From the drawing thread to the recorder thread, after each change
   Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // From LEFT HAND to RENDER, RECORDER
+  // From the second hand's thread to the drawing thread and the recorder thread
   Latest<MouthMirror> mouth_mirror;
   /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
   Latest<SuctionTip> suction_tip;
-  // From RENDER to RECORDER, after each change
+  // From the drawing thread to the recorder thread, after each change
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  /// From RENDER (or HEADSET) to the application thread: the newest position of the eyes
+  /// From the drawing thread (or the headset's thread) to the application thread: the newest position of the eyes
   Latest<SeenFrom> head_to_sound;
-  // The channel from SERVO to AUDIO is a ring inside SoundLink.
+  // The channel from the servo thread to the audio thread is a ring inside SoundLink.
 
-  std::atomic<bool> copy_wanted{false};        // From WATCH to CARVER: WATCH requests a copy of the tissue
-  std::atomic<bool> expert_wants_copy{false};  // From EXPERT to CARVER: EXPERT requests a copy of the tissue
-  /// From CARVER to WATCH: number that increases whenever the tissue changes
+  /// request for a copy of the tissue, from the computing thread of LiveViews to the carver thread
+  std::atomic<bool> copy_wanted{false};
+  /// request for a copy of the tissue, from the planner thread of the expert to the carver thread
+  std::atomic<bool> expert_wants_copy{false};
+  /// From the carver thread to the computing thread of LiveViews: number that increases whenever the tissue changes
   std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
-      not_saved{0};  // From CARVER (its saving thread) to UI: number of successful and failed saves of the tissue
-  // From RENDER to CARVER: tolerance of the tissue's mesh, voxels (picture/detail.h).
+      /// from the carver's saving thread to the user interface: number of successful and of failed saves of the tissue
+      not_saved{0};
+  // From the drawing thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
   std::atomic<float> tolerance{0.1f};
   std::array<std::atomic<bool>, 2>
-      /// From RENDER or HEADSET to CARVER: true if a picture shows the tissue; otherwise nothing is meshed
+      /// from the drawing thread or the headset's thread to the carver thread: true if a picture shows the tissue;
+      /// otherwise nothing is meshed
       tissue_in_sight{};
-  /// From any thread to SERVO: zero force from the next tick on, then the end of the session
+  /// From any thread to the servo thread: zero force from the next tick on, then the end of the session
   std::atomic<bool> emergency{false};
-  // From RENDER (window) to SERVO: the tool that the user chose by a key; negative: the hand chooses the tool
+  // From the drawing thread (window) to the servo thread: the tool that the user chose by a key; negative: the hand
+  // chooses
   std::atomic<std::int32_t> chosen_tool{-1};
-  std::atomic<bool> held{false};  // From RENDER to SERVO: true while the emergency stop is on; the drill is then off
-  std::atomic<std::uint32_t> newest_faults{0};  // From SERVO to RENDER: fault bits of the latest tick
+  /// from the drawing thread to the servo thread: true while the emergency stop is on; the drill is then off
+  std::atomic<bool> held{false};
+  std::atomic<std::uint32_t> newest_faults{
+      0};  // From the servo thread to the drawing thread: fault bits of the latest tick
   std::atomic<Nanos> session_zero{
-      /// From SERVO to LEFT HAND, RENDER and RECORDER: ns, time of the machine's clock at which the session's time is
+      /// from the servo thread to the other threads: ns, time of the machine's clock at which the session's time is
       /// zero; 0: the session has not begun
       0};
   std::atomic<bool> stop{false};  // From any thread to all threads: end the session
-  /// To RECORDER, set after all other threads have ended: the rings contain all data
+  /// To the recorder thread, set after all other threads have ended: the rings contain all data
   std::atomic<bool> nothing_more{false};
-  std::atomic<bool> servo_ended{false};  // From SERVO to RENDER: the hand was disconnected, or its script has ended
+  std::atomic<bool> servo_ended{
+      false};  // From the servo thread to the drawing thread: the hand was disconnected, or its script has ended
 };
 
 }  // namespace typodont

@@ -169,7 +169,8 @@ struct Filling {
   // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
   // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels, depth below the contour at which a position is assigned to the cavity or to the enamel beside it
+  // voxels. To find out if a position above the final contour lies over the cavity, the program looks at this depth
+  // below the contour.
   static constexpr double rim = 0;
   // m, only filling up to this height above the lowest unfilled voxel counts as a gain
   static constexpr double layer = 0.6e-3;

@@ -20,7 +20,7 @@ struct HandChoice {
   std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
   std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
   double rate = 1000;     // Hz, servo rate for hands without a fixed rate
-  std::vector<std::string> tools;  // names of the session's tools, for scripts
+  std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 
 struct Hands {

@@ -26,25 +26,26 @@
 
 namespace typodont {
 
-/// The data of a session. It outlives the threads, which have references to it. A member marked SERVO, CARVER or
-/// RECORDER is used only by this thread until the thread has ended.
+/// The data of a session. It outlives the threads, which have references to it. If a member is for one thread only, it
+/// is used by this thread until the thread has ended.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;       // created as soon as the hand is known
-  std::optional<haptics::ForceDelay> delay;  // SERVO: delays the force; empty if the session does not delay forces
-  std::optional<LoopStatistics> loop;        // SERVO: statistics of the servo loop's timing
-  ServoTick last;                            // SERVO: the last tick
-  double servo_cpu = 0;                      // SERVO: s, CPU time of the servo thread
-  Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
+  std::optional<haptics::Servo> servo;  // created as soon as the hand is known
+  std::optional<haptics::ForceDelay>
+      delay;  // servo thread only: delays the force; empty if the session does not delay forces
+  std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
+  ServoTick last;                      // servo thread only: the last tick
+  double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread
+  Nanos first_tick = 0;                // servo thread only: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
   bool steered = false;  // true: the newest tick is read even if nothing is drawn
   /// true: each brick is sent both to a headset and to the operator's picture
   bool watched = false;
-  StrokeHistory book;          // CARVER: the changes that each stroke made, for undo
-  std::string carver_failure;  // CARVER: reason why the carver failed; empty if it did not fail
+  StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
+  std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
   /// ns, time between two searches for changed bricks; at least the duration of a frame
   Nanos mesh_interval = 16'000'000;
   std::size_t xr_stream = 0;       // number of the recorded stream that contains a headset's frames
@@ -55,14 +56,14 @@ struct LiveSession {
   std::optional<std::size_t> head_stream;
   /// number of the recorded stream that contains the state of water and suction; empty without debris
   std::optional<std::size_t> water_stream;
-  /// RECORDER: notes that are computed from the ticks; empty without a recording
+  /// recorder thread only: notes that are computed from the ticks; empty without a recording
   std::optional<TickNotes> notes;
   std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
-  // CARVER: counters of the carver's work
+  // carver thread only: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::SearchCounts looks;                      // CARVER: number of searches that the contact model made
+  haptics::SearchCounts looks;  // carver thread only: number of searches that the contact model made
   std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
-  std::uint64_t queries = 0;                        // SERVO: number of queries of the distance field
+  std::uint64_t queries = 0;                        // servo thread only: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
