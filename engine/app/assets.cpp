@@ -39,8 +39,8 @@ fs::path assets_folder() {
     }
     return set;
   }
-  // A build has build/release/typodont, with assets/ two levels up; an installation has bin/typodont or
-  // lib/libtypodont.so, with share/typodont/assets.
+  // From a build folder, the program is build/release/typodont, and assets/ lies two levels above. In an installation,
+  // it is bin/typodont or lib/libtypodont.so, and the assets are in share/typodont/assets.
   const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
@@ -144,7 +144,7 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // Refuses "../../x" and links that lead out of the folder.
+    // Refuses paths such as "../../x", and symbolic links to files outside the folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

@@ -1,4 +1,4 @@
-// Finds the shipped files (assets/) and the files that a scene names.
+// Functions that find the shipped files (assets/) and the files that a scene names.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace typodont {
 
-/// Folder of the shipped assets: $TYPODONT_ASSETS; if it is not set, beside the program or library, or in the source
-/// tree. Throws Error.
+/// Returns the folder of the shipped assets. It is $TYPODONT_ASSETS; if this variable is not set, the folder beside the
+/// program or library, or the folder in the source tree. Throws Error.
 std::filesystem::path assets_folder();
 /// Folders in which the files that a scene names are searched.
 struct ScenePlace {
-  std::filesystem::path beside;  // relative paths are searched here first, then in assets/
+  std::filesystem::path beside;  // folder in which relative paths are searched first; after it, assets/ is searched
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
@@ -30,12 +30,13 @@ struct ScenePlace {
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// The user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
-/// Path of a rig: `rig` is a file or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
+/// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
-/// Path of a scene: `scene` is a file or the name of a scene in assets/scenes/, for example "molar-caries". Throws
-/// Error; if `scene` is a folder, a scan, a mesh, a volume or a session, the message names the command that opens it.
+/// Finds a scene file. `scene` is a path, or the name of a scene in assets/scenes/, for example "molar-caries". Throws
+/// Error. If `scene` is another input (a folder, a scan, a mesh, a volume or a session), the message names the command
+/// that opens it.
 std::filesystem::path find_scene(const std::string& scene);
-/// Path of assets/KIND/NAME.json; a kind is for example "tools". Throws Error that lists the available names.
+/// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);
 
 }  // namespace typodont

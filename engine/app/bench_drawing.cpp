@@ -40,7 +40,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// A page with coordinates in points, y down.
+/// A page of the drawing. Coordinates are in points, and y points down.
 class Page {
  public:
   Page(std::string& bytes, FileKind kind)
@@ -134,10 +134,10 @@ class Page {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// A rectangle on the page that shows the workbench (frame W) along one of its axes.
+/// A view of the workbench: a rectangle on the page that shows two axes of frame W.
 struct View {
   double left, top, width, height;  // points, position and size on the page
-  int across, up;                   // indices of the axes of W that point to the right and up on the page
+  int across, up;                   // indices of the two axes of frame W that point right and up on the page
   double scale = 1;                 // points on the page per metre
   dvec3 middle{0};                  // m, frame W: the point in the middle of the view
   At operator()(const dvec3& p) const {

@@ -15,7 +15,7 @@ constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a d
 // Limits of the numbers in a file. They bound the number of triangles that engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
-constexpr double kFarthest = 300;  // mm, limit of all lengths and coordinates
+constexpr double kFarthest = 300;  // mm, limit of each length and coordinate in a file
 
 HandpiecePart read_part(const Json& json) {
   json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",
@@ -31,7 +31,7 @@ HandpiecePart read_part(const Json& json) {
   }
   if (part.rings.size() < 2 || part.rings.size() > kMostRings)
     rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMostRings));
-  double length = 0;  // mm, length of the handpiece
+  double length = 0;  // mm, length of this part along the axis
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
   if (!(length > 0)) rings.fail("rings with one middle", "a path with a length");

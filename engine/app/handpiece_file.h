@@ -23,8 +23,7 @@ std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& sp
 
 /// Reads a handpiece from JSON (docs/interface.md describes the keys). Throws Error.
 Handpiece read_handpiece(const Json& json);
-/// Loads a file of assets/handpieces/. `place`: the key that names the file, for the error message. Throws Error that
-/// lists the available names.
+/// Loads the file of assets/handpieces/ with this name. Throws Error that lists the available names.
 Handpiece load_handpiece(const std::string& name);
 
 /// Reads the key "handpieces" of a scene: how handpieces are shown. Throws Error.

@@ -22,11 +22,11 @@ constexpr const char* kTools[] = {"round_006", "round_012",         "round_023",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
 constexpr double kLanded = 0.5;     // s, time after which the hand rests on the surface
 constexpr double kAfter = 1.0;      // s, duration of a run after the end of the stall
-constexpr double kFade = 0.1;       // s, time constant of the fade in the law kFadeOnStale
-constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in the law kFadeOnStale
-constexpr double kRow = 5e-3;       // s, time between two rows of the table that describes the hand's path
+constexpr double kFade = 0.1;       // s, time constant with which the force falls under the law kFadeOnStale
+constexpr double kComeBack = 0.25;  // s, time until the force returns to its full value under the law kFadeOnStale
+constexpr double kRow = 5e-3;       // s, time between two rows of the table with the hand's planned positions
 
-/// The planned motion of the hand, and the model of the hand. Times are in s from the start of the run.
+/// The planned motion of the hand, and the parameters of its model. Times are in s from the start of the run.
 struct Course {
   haptics::HandModel model;
   haptics::HandPath path;

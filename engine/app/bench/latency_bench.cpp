@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s, time at which the hand's step reaches the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand's stepwise motion reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
@@ -53,7 +53,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path() / "scene.json";
-  // The scene draws nothing, because picture_rows() measures the picture without a desktop.
+  // The scene has no picture; picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -133,7 +133,7 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Two times since the start of a command, s: until its output `file` exists, and until its end.
+/// Times of a command, s: from its start until its output `file` exists, and until its end.
 struct Took {
   double there = 1e9, end = 1e9;
 };

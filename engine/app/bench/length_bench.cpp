@@ -43,7 +43,7 @@ haptics::HandSample hand_at(double t) {
     return from + (to - from) * std::clamp(fraction, 0.0, 1.0);
   };
   const auto visit = [&](double begin, double end, double high,
-                         double low) {  // height that falls from `high` to `low` and rises again at the end
+                         double low) {  // the height moves from `high` to `low`, and up again at the end
     const double down = way(way(kAway, high, in_cycle - begin), low, (in_cycle - begin - 1) / (end - begin - 2));
     return way(down, kAway, in_cycle - (end - 1));
   };
@@ -55,7 +55,7 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    // the tip lies 1.5 mm below the instrument's origin, so at this height it fills the pit up to the surface
+    // The instrument's tip lies 1.5 mm below its origin. At this height, the tip is at the surface and closes the pit.
     z = visit(8, 12, 1.5_mm, 1.6_mm);
   } else {
     hand.tool = 2;
@@ -79,7 +79,7 @@ double entries(const char* folder) {
 }  // namespace
 
 std::vector<BenchRow> bench_length(const BenchRun& run) {
-  const double unit = run.quick ? 60 : 3600;  // s, the rows are added after 1, 2, 4 and 8 of these units
+  const double unit = run.quick ? 60 : 3600;  // s, unit of time; a row is added after 1, 2, 4 and 8 units
   constexpr int kLast = 8;
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_length_{}.h5", ::getpid());
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});

@@ -48,7 +48,7 @@ ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> vox
 
 std::vector<ModelAnatomy> model_anatomies() {
   std::vector<ModelAnatomy> all;
-  // The molar's file contains voxels, so the triangles of its surface are the reference.
+  // The file of the molar contains voxels. So the triangles of its surface serve as the reference mesh.
   ModelAnatomy molar;
   molar.name = "molar";
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };

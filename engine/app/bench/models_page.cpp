@@ -20,7 +20,7 @@ namespace typodont {
 
 namespace {
 
-/// The distinct values of a member, in the order of their first appearance.
+/// Returns the different values of a member, in the order in which they first occur.
 std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::string ModelFigure::*member) {
   std::vector<std::string> all;
   for (const ModelFigure& f : figures)
@@ -61,7 +61,8 @@ std::vector<Plot> panels_of(const std::vector<ModelFigure>& figures, const Quest
   std::vector<Plot> panels;
   for (const std::string& tissue : distinct(figures, &ModelFigure::tissue)) {
     Plot plot{tissue, "servo's tick, median, ns", q.y_label, {}};
-    for (const std::string& model : models) plot.of(model);  // gives each model the same colour in every panel
+    // adds all series first, so that a model has the same colour in every panel
+    for (const std::string& model : models) plot.of(model);
     bool any = false;
     for (const ModelFigure& f : figures) {
       if (f.tissue != tissue || !answers(f, q) || !(f.row->error > 0) || !(f.row->time_ns > 0)) continue;
@@ -98,7 +99,7 @@ const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& 
   return row;
 }
 
-/// The distinct tissues for which a question has an answer.
+/// Returns the tissues for which a question has an answer, each once.
 std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
   std::vector<ModelFigure> asked;
   std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
@@ -194,7 +195,7 @@ struct Task {
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // meaning of the number that the table shows
+  const char* figure;  // explains the number that the table shows
 };
 
 const std::vector<Task>& tasks() {
@@ -274,7 +275,7 @@ struct Ranked {
   std::string model;
   double score = INFINITY;
 };
-/// The models sorted by score, the best one first; models that fail are omitted.
+/// Returns the models sorted by score, the best first. Models that fail are omitted.
 std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
   std::vector<Ranked> all;
   for (const std::string& model : distinct(figures, &ModelFigure::model)) {

@@ -65,8 +65,8 @@ render::Picture averaged(const render::Picture& fine, int side) {
   return out;
 }
 
-/// Shimmer: the mean second difference of three frames. It is measured while the whole view moves by a quarter of a
-/// pixel per frame, and while only the tool moves so.
+/// Shimmer of the picture: the mean second difference of three frames, while the view moves by a quarter of a pixel per
+/// frame (`view`), or only the tool does (`tool`).
 struct Shimmer {
   double view = 0, tool = 0;
 };

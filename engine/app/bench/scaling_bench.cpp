@@ -1,5 +1,5 @@
-// Measures how costs grow with the size of the scene. The servo's time must not depend on the size, and memory must
-// grow with the surface.
+// Measures how costs grow with the size of the scene. The time of a tick must not depend on the size. The memory must
+// grow only with the surface.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ Body ball(double radius_mm) {
       4 * kPi * std::pow(radius_mm / voxel, 2)};
 }
 
-/// Fourteen teeth on a parabola, each with an enamel crown, a dentin core and a root.
+/// Makes a dental arch: fourteen teeth on a parabola, each with an enamel crown, a dentin core and a root.
 Body dental_arch() {
   std::string solids;
   dvec3 first(0);
@@ -69,7 +69,7 @@ Body dental_arch() {
           area / std::pow(0.05, 2)};
 }
 
-/// A femoral head in its socket.
+/// Makes a hip: a femoral head in its socket.
 Body hip() {
   return {"hip, voxel 0.1 mm",
           fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [

@@ -29,12 +29,12 @@ constexpr int kMostDelay = 2;
 struct Course {
   // true: the motion grows from the second to the last quarter of the run, or the hand leaves the wall
   bool grows = false;
-  double least_energy = 0;  // J, minimum of the energy ledger
+  double least_energy = 0;  // J, smallest value of the energy ledger
 };
 
-/// Timing of the simulated servo.
+/// Timing of the simulated servo: rate, delay and jitter.
 struct Clock {
-  double rate = 1000;  // Hz
+  double rate = 1000;  // Hz, rate of the servo
   int delay = 0;       // number of ticks from the computation of a force to its effect
   double jitter = 0;   // largest deviation of a period from its mean, as a fraction of the period
 };

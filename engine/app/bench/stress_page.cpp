@@ -26,7 +26,7 @@ Name name_of(const BenchRow& row) {
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Names of the measures for which a value above the limit means kFell. For all other measures, it means kFlawed.
+/// Names of serious measures. A value above the limit means kFell for these measures, and kFlawed for all others.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -149,7 +149,7 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // Keeps the worse result: kFell is worse than every kFlawed, and within one result the larger ratio is worse.
+    // Keeps the worse result of a model. kFell is worse than kFlawed. If both are equal, the larger ratio is worse.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =

@@ -10,11 +10,11 @@
 
 namespace typodont {
 
-/// Result of a model in a campaign.
+/// Result of a contact model in a campaign of stress tests.
 enum class Survival {
   kSurvived,  // all figures are within their limits
-  kFlawed,    // the model did not fall, but a force step, an energy or an error exceeds its limit
-  kFell       // the force is not finite, exceeds its limit or is missing, or the tool penetrated the tissue
+  kFlawed,    // an error, an energy or a force step exceeds its limit, but none of the failures of kFell occurred
+  kFell       // the force is not finite, exceeds its limit or is missing, or the tool passed through the tissue
 };
 
 struct SurvivalCell {

@@ -27,7 +27,7 @@ namespace {
 using haptics::MeshBaseline;
 using namespace literals;
 
-constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band
+constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band of stored distances around the surface
 
 /// Returns the shipped molar, resampled with the voxel size `voxel`.
 haptics::TissueVolume molar(double voxel) {
@@ -70,7 +70,7 @@ haptics::TissueVolume molar(double voxel) {
   return haptics::TissueVolume(fine);
 }
 
-constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls, not at a grid point
+constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls; it is not a grid point
 
 haptics::TissueVolume ball(double radius_voxels) {
   const double voxel_mm = 0.05;

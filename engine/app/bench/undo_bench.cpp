@@ -24,7 +24,7 @@ constexpr std::string_view kBlock = R"({"name": "block", "tissue": {"voxel_mm": 
   {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [12, 10, 2]}}}]},
   "tools": ["round_012", "cylinder_012", "flame_018", "round_040"]})";
 
-/// Makes strokes: parallel passes straight through the tissue.
+/// Cuts strokes that consist of parallel passes straight through the tissue.
 struct Cutter {
   haptics::Carver& carver;
   dvec3 low, high;  // m, bounds of the tissue

@@ -89,7 +89,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// Reads the rows stored in `file`, by part. Throws Error if the file is not a table of rows.
+/// Reads the rows of all parts from `file`. Throws Error if the file is not a table of rows.
 std::map<std::string, std::vector<BenchRow>> stored_rows(const std::string& file) {
   LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
@@ -153,8 +153,8 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
-/// The contact model named by --model; null if the option is missing. Throws Error if a requested part does not measure
-/// contact models.
+/// Returns the contact model that the option --model names; null if the option is missing. Throws Error if a requested
+/// part does not measure contact models.
 haptics::SharedContactMethod chosen_method(const Options& options) {
   if (options.model.empty()) return nullptr;
   std::vector<std::string> taking;

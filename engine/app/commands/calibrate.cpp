@@ -29,7 +29,7 @@ using namespace calibration;
 
 namespace {
 
-/// Destination of a result: a file, JSON on standard output, or text.
+/// Where a result is written: to a file, as JSON on standard output, or as text.
 struct Output {
   std::string file;
   bool json = false;
@@ -106,8 +106,7 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// Settings of the two commands that compare poses of an arm with poses of a tracker. The commands differ only in these
-/// values.
+/// Differences between the two commands that compare poses of an arm with poses of a tracker.
 struct PoseCommand {
   const char* name;
   const char* about;
@@ -333,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the steps that are solved from the captures beside the rig file.
+/// Options of the steps that are computed from captures. The captures are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -494,7 +493,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step: guided capture, solution, and storage in the rig file. Returns false if the user stopped.
+/// Runs one step: captures data, computes the result, and stores it in the rig file. Returns false if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

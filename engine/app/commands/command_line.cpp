@@ -203,7 +203,7 @@ std::optional<int> Command::run(int argc, char** argv) {
   try {
     impl_->app->parse(argc, argv);
     return std::nullopt;
-  } catch (const CLI::Success& e) {  // the option was --help or --version
+  } catch (const CLI::Success& e) {  // the command line contains --help or --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
     impl_->app->exit(e);

@@ -44,7 +44,7 @@ struct Check {
   std::string id;    // machine-readable name, e.g. "vulkan"
   std::string name;  // name that the report shows
   State state = State::kOk;
-  std::string found;      // state of the item on this machine
+  std::string found;      // what the check has found on this machine
   std::string without;    // what does not work while the item is missing; empty if nothing is missing
   std::string mend;       // a command, or a manual step, that adds the missing item
   bool required = false;  // true: without this item the program cannot run, not even offscreen
@@ -227,7 +227,7 @@ Check clock_speed() {
 
 /// A known haptic device, identified by its USB numbers as the kernel's uevent file states them.
 struct KnownDevice {
-  unsigned vendor, product;  // product 0: any product
+  unsigned vendor, product;  // USB numbers; product 0 means any product
   const char* name;
 };
 constexpr KnownDevice kKnown[] = {
@@ -297,7 +297,7 @@ Check audio() {
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   const QuietStandardError quiet;
-  setenv("JACK_NO_START_SERVER", "1", 1);  // otherwise the check would start a sound server
+  setenv("JACK_NO_START_SERVER", "1", 1);  // prevents that the check starts a sound server
   if (Pa_Initialize() != paNoError) {
     c.state = State::kMissing;
     c.found = "PortAudio does not start";

@@ -39,7 +39,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// Returns one curve of a plot as SVG. The ranges of x and y are scaled to the plot's size.
+/// Returns one curve of a plot as SVG text. x and y are scaled so that the given ranges fill the plot.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
                      double y_most, double left, double top, double width, double height, const char* color) {
   std::string points;

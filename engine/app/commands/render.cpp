@@ -47,7 +47,7 @@ struct Options {
   bool json = false, hud = false, validate = false, geometry = false, finished = false;
 };
 
-/// Parses "NX,NY,NZ,OFFSET_MM". The tissue with normal · p > offset is kept.
+/// Parses a plane "NX,NY,NZ,OFFSET_MM": a normal and an offset. The tissue with normal · p > offset is kept.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -64,7 +64,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
     glm::dvec4 plane;
-    if (options.plane.empty()) {  // the default plane passes through the tooth's middle and faces the viewer
+    // if the option is missing, the plane passes through the tooth's middle and faces the viewer
+    if (options.plane.empty()) {
       glm::ivec3 lo, hi;
       volume.bounds(lo, hi);
       const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
@@ -89,8 +90,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Colour of a density. Green: no resistance; white: dentin's density; red: 1.5 times dentin's density (paper S2,
-/// Fig. 9).
+/// Colour for a density: green for no resistance, white for the density of dentin, red for 1.5 times this density
+/// (paper S2, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -184,7 +185,7 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  // the recording from which one moment is drawn; empty if a scene is drawn
+  // the recording, if a moment of a session is drawn; empty if a scene is drawn
   std::optional<session::SessionReader> session;
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
@@ -246,7 +247,7 @@ void run(const Options& options) {
   stage_options.hud = options.hud;
   if (options.hud) stage_options.language = hud_language(user_language(options.language));
   stage_options.handpieces = scene.handpieces;
-  // the file contains only the tool, without a handpiece
+  // a geometry file contains the tool without a handpiece
   if (options.geometry) stage_options.handpieces.shown = false;
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;

@@ -56,8 +56,8 @@ void print(const ReplayResult& result, const Options& options) {
              result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
 }
 
-/// Runs the recorded hand in the recorded scene, with the keys of the scene that --with changes, and compares the
-/// result with the recording.
+/// Runs the recorded hand in the recorded scene, in which the option --with has changed some keys. Compares the result
+/// with the recording.
 RerunResult rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {

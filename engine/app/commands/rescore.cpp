@@ -63,13 +63,13 @@ std::string rules_of(const std::string& file) {
   return changes.dump();
 }
 
-/// Scores one session in the present process.
+/// Scores one session in this process.
 Row score(const std::string& file, const std::string& rules) {
   const session::SessionReader reader(file);
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  // JSON stores a value that is not finite as null.
+  // A value that is not finite becomes null in JSON.
   for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
@@ -133,7 +133,7 @@ Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // the process died, so it is started again
+    if (!WIFEXITED(status)) continue;  // the process was killed or crashed, so the loop starts it again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }
@@ -174,7 +174,8 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    text += cell_of(row["session"]);  // the session's name is never empty, so no line begins with a comma
+    // a line of this table never begins with a comma, because a session's name is never empty
+    text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
       text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");
@@ -220,7 +221,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // any exception, including an interrupt by Ctrl-C
+    } catch (...) {  // catches every exception, also the exception for an interrupt by Ctrl-C
       cancelled = true;
       throw;
     }

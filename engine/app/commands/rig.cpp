@@ -28,7 +28,7 @@ using Value = nlohmann::ordered_json;
 /// cylinder.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // mm, width, depth and height of the arm's box
+  dvec3 box_mm;  // mm, width, depth and height of the box that the arm can reach
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},

@@ -68,7 +68,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Duration of the hand's path, s. It is empty if the hand decides at run time when it ends.
+/// Returns the duration of the hand's path, s. Empty if the hand decides during the run when it ends.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -82,8 +82,8 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 
 /// Estimates the size of the output before it is written. Throws Error if the disk has less free space.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // bytes per row of a table, measured with and without contact
-  constexpr double kBytesPerTick = 240;       // bytes per tick of a session, compressed
+  constexpr double kBytesPerRow = 280;        // size of a table's row in bytes, measured with and without contact
+  constexpr double kBytesPerTick = 240;       // size of a tick in a compressed session file, bytes
   constexpr double kWorthSaying = 500 << 20;  // bytes, threshold: a larger expected size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);

@@ -182,14 +182,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Finds the spindle speed at which the model sounds as in its recording.
+  // Finds the spindle speed at which the model sounds as in its own recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // If the drill is of another type than the recorded drill, the model's free-running speed is assumed to correspond
-    // to this drill's free-running speed.
+    // If the drill is of another type than the recorded drill, its highest speed is assumed to correspond to the
+    // model's highest speed.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -205,8 +205,8 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // Nothing states the speed, so any value is possible. The speed of the whole recording is assumed to be this
-    // constant.
+    // No input states the speed of the recorded drill. The model uses the whole recording at one speed, so any value
+    // can be chosen here.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -217,7 +217,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-  } else if (track.states.front().t > 0) {  // before the first sample, the state is assumed to equal the first state
+  } else if (track.states.front().t > 0) {  // before its first sample, the track is assumed to have the same state
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
   }

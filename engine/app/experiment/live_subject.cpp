@@ -21,7 +21,7 @@ constexpr double kFree = 0.3;  // s, duration without contact that is required b
 /// Reads answers from standard input without blocking.
 class TypedAnswers {
  public:
-  /// Discards the text that was typed before the question. Input from a pipe is kept.
+  /// Discards text that the user typed before the question. Text from a pipe is kept.
   void forget() {
     if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
   }
@@ -83,7 +83,7 @@ struct LiveSubject::Impl {
     bench->start();
   }
 
-  /// Waits until the tool has touched nothing for kFree. Returns false if the session has ended.
+  /// Waits until the tool has had no contact for the time kFree. Returns false if the session has ended.
   bool wait_until_free() {
     Nanos since = now();
     bool told = false;

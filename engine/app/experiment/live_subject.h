@@ -24,7 +24,7 @@ class LiveSubject {
     double seconds = 4;     // s, duration of each stimulus
     double most_delay = 0;  // s, largest delay of the force among all stimuli
   };
-  /// Stores the options; the first ask() opens a session. Throws Error.
+  /// Stores the options. The first call of ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
   ~LiveSubject();
 

@@ -64,8 +64,8 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is a concave function of
-  /// the lapse rate.
+  /// Finds the lapse rate with the largest likelihood for this bias and width. Returns the log-likelihood, which is a
+  /// concave function of the lapse rate.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -148,7 +148,7 @@ class Likelihood {
   std::vector<Level> levels_;
   std::vector<double> shares_;  // value of the cumulative Gaussian Φ at each level, for the present bias and width
   double greatest_ = 0;         // largest difference between two stimuli
-  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest considered width
+  double low_ = 0, high_ = 0;   // logarithms of the smallest and of the largest width that the fit considers
 };
 
 }  // namespace

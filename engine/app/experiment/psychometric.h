@@ -1,4 +1,4 @@
-// The psychometric function of two-alternative trials, and its fit. Plain mathematics; any thread.
+// The psychometric function of two-alternative trials, and its fit. Contains only computations; any thread.
 #pragma once
 
 #include <span>
@@ -48,10 +48,10 @@ inline constexpr double kMostLapses = 0.06;  // limit of the lapse rate in the f
 /// 95 % of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
-/// The fraction chosen / count, with its exact 95 % interval (Clopper & Pearson 1934).
+/// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Two-sided binomial test: the probability of `chosen` of `count` answers, or of a more uneven result, if both answers
-/// are equally likely.
+/// Two-sided binomial test. If both answers are equally likely, the result is the probability that a number of answers
+/// at least as far from half as `chosen` occurs.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

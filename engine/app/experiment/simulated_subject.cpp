@@ -29,7 +29,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// Difference second − first, in percent of the stimulus whose nominal value is smaller.
+/// Returns the difference second − first in percent. The stimulus with the smaller nominal value is 100 %.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }

@@ -34,13 +34,14 @@ double nominal_difference(const Trial& trial);
 
 /// Measured properties of the force that a hand felt during one stimulus.
 struct Felt {
-  double stiffness = 0;  // N/m, least-squares slope of force over depth, along the normal of the first contact
-  double force = 0;      // N, largest force
-  double delay = 0;      // s, time from the first contact until the force reaches a tenth of its largest value
+  /// N/m, stiffness: least-squares slope of the force over the depth, along the normal of the first contact
+  double stiffness = 0;
+  double force = 0;      // N, largest force during the stimulus
+  double delay = 0;      // s, delay: time from the first contact until the force reaches a tenth of its largest value
 };
 
-/// Presents each stimulus to a scripted hand through the real servo, as fast as possible. Nothing is cut. Stimuli
-/// with the same model use the same servo, one after the other, as in a live session.
+/// Presents each stimulus to a scripted hand, with the real servo, as fast as possible. The tool cuts nothing. Stimuli
+/// with the same contact model use the same servo one after the other, as in a live session.
 class ScriptedTouch {
  public:
   /// Prepares the runs. `hand`: path of a HAND.csv or HAND.json file, whose motion must begin and end in the air.

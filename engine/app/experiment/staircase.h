@@ -9,16 +9,18 @@ namespace typodont {
 /// Rule of a staircase. Levels change by ratios, so a level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    /// The level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt 1971).
+    /// For this kind, the level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt
+    /// 1971).
     kTransformed,
-    /// The level falls after each right answer, and rises by a larger ratio after each wrong answer (Kaernbach 1991).
+    /// For this kind, the level falls after each right answer, and rises by a larger ratio after each wrong answer
+    /// (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// number of right answers, for kTransformed; the staircase settles where the fraction 0.5^(1/down) of the answers is
-  /// right
+  /// kTransformed: number of right answers after which the level falls. The staircase settles at a fraction of
+  /// 0.5^(1/down) right answers.
   int down = 2;
-  double weighted_at = 0.75;  // fraction of right answers at which the staircase settles, for kWeighted
+  double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
@@ -35,7 +37,7 @@ class Staircase {
 
   /// Level of the next trial.
   double level() const { return level_; }
-  /// Processes the answer to the trial at level(), and changes the level.
+  /// Changes the level after the answer to the trial with the difference level().
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -49,8 +51,8 @@ class Staircase {
   /// Number of reversals so far. A reversal is a change from falling to rising levels, or from rising to falling
   /// levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the reversals, without the first `coarse` reversals. It uses an even number of
-  /// reversals. 0 if there are too few.
+  /// Mean (geometric) of the levels at the reversals after the first `coarse` reversals. Only an even number of
+  /// reversals is used. 0 if there are too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

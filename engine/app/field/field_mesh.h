@@ -1,5 +1,5 @@
-// Makes triangle meshes of fields that are functions of a position in frame W, with the mesher of the tissue. Used for
-// bodies that are only drawn, for example neighbouring teeth.
+// Makes triangle meshes of bodies that are described by functions of a position in frame W. Uses the mesher of the
+// tissue. Used for bodies that are only drawn, for example neighbouring teeth.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 
 namespace typodont {
 
-/// Sets each vertex normal to the field's gradient. The mesher itself treats a bend between two large triangles as a
-/// crease, so a coarse mesh would look faceted. At a real crease the mesher's normal is kept, because the gradient
-/// there is not perpendicular to either face. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance
-/// for the finite difference of the gradient.
+/// Sets the vertex normals to the gradient of the distance function. Without this, a coarse mesh would look faceted,
+/// because the mesher treats a bend between two large triangles as a crease. At a real crease the mesher's normal is
+/// kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two points with which the
+/// gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
   /// cosine of the angle between mesher's normal and gradient; below it, the vertex lies at a crease
@@ -52,7 +52,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// samples in each direction: one more below the cells and two more above
+  /// number of samples per axis: the cells need one more below and two more above
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
@@ -123,7 +123,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
                                   [](const dvec3&, const dvec3&) { return true; });
 }
 
-/// Makes a single mesh with meshes_of_field(). See there for the parameters.
+/// Makes a single mesh. See meshes_of_field() above for the parameters.
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

@@ -1,5 +1,5 @@
-// Makes the flat face at which a plane cuts a solid, coloured by the tissues inside. Functions of a position in frame W
-// describe the solid. Used for the tooth, its neighbours and the gum.
+// Makes the flat face that is visible where a plane cuts a solid. The face is coloured by the tissues inside. The solid
+// is described by functions of a position in frame W. Used for the tooth, its neighbours and the gum.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace typodont {
 /// A cutting plane. The side with normal · p > offset is kept; the face is visible from the other side.
 struct CutPlane {
   dvec3 normal;
-  double offset;  // m
+  double offset;  // m, distance of the plane from the origin along its normal
   // m, depth at which the face lies inside the kept side, so that clipping at the plane does not remove the face. It
   // must be small: at inner surfaces that are perpendicular to the plane, a strip of this width is visible in front of
   // the face.

@@ -64,7 +64,8 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
     if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
-  // The labels are weighted by a cubic B-spline, so that the boundary between two tissues is smooth instead of stepped.
+  // Neighbouring labels are weighted by a cubic B-spline. So the boundary between two tissues is smooth instead of
+  // stepped.
   const glm::ivec3 i(v);
   double weight[3][4];
   for (int a = 0; a < 3; ++a) {

@@ -42,7 +42,7 @@ class GuideHand {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
     std::optional<ArmReading> reading;  // joint angles of the arm; empty if the hand does not report them
-    double moved = 0;                   // m, displacement of the tip during the press
+    double moved = 0;                   // m, distance that the tip moved during the press
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -84,7 +84,8 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trigger the device's safety layer
+    // the thread needs real-time priority, because late writes would trigger the device's safety layer
+    if (device_->info().force_limit > 0) enter_realtime({});
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
       device_->write(dvec3(0), dvec3(0));
@@ -104,7 +105,7 @@ class GuideHand {
   StillTouch still_;  // detects touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // written by the hand's thread and read by the main thread; the state says which thread may access it
+  Press press_;  // shared by the hand's thread and the main thread; the member `state_` says which of them may use it
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
@@ -183,7 +184,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // the rig may have no screen before the screen step
+  } catch (const Error& e) {  // before the calibration's screen step, the rig may describe no screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
@@ -305,8 +306,8 @@ class GuideScreen {
   gpu::Buffer bytes_;
   glm::ivec2 size_{0};
   Prompt prompt_;
-  bool changed_ = false;  // the prompt changed since the pictures were drawn
-  bool fresh_ = false;    // the pictures are not yet on the GPU
+  bool changed_ = false;  // true: the prompt has changed since the pictures were drawn
+  bool fresh_ = false;    // true: the new pictures must still be uploaded to the GPU
 };
 #endif
 
@@ -339,7 +340,7 @@ class Keyboard {
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Inserts lines before the lines that standard input delivers.
+  /// Inserts lines, which are read before further lines of standard input.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -397,7 +398,7 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // This state is read first. So if it is true, take() below returns the hand's last press.
+      // This must be read before take(). So if the hand has ended, take() still returns its last press.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
