@@ -205,8 +205,8 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // No input states the speed of the recorded drill. The model uses the whole recording at one speed, so any value
-    // can be chosen here.
+    // No input states the speed of the recorded drill. So any value can be chosen here; the whole recording is assumed
+    // to run at this speed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }

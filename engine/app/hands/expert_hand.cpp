@@ -26,51 +26,54 @@ struct Lead {
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, largest speed of the target point along a cut
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // A scraping hand instrument slows down where it reverses. turning_pace: m/s, speed at the reversal; turning_time: s,
-  // time constant of the slowdown.
+  // turning_pace: m/s, speed at which a scraping hand instrument reverses; turning_time: s, time constant of the
+  // slowdown before it.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down before its end. Without the slowdown, the hand's lag would carry the tool into tissue that should
   // stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // Tolerances of the distance between the tool and the target point.
-  // m, limit: while the tool is farther from the target point, the target point of a cut does not advance
+  // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m; the
+  // target point of a cut advances only while the tool is nearer to it than this.
   static constexpr double ahead = 0.06e-3;
-  // m, limit: while the tool is farther from the planned line, the target point of a cut does not advance
+  // m, tolerance: the target point of a cut advances only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
   // m, smallest approach of the tool to the target point that counts as progress
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
-      // m, tolerance: scraping is finished after a pass in which the tool's distance from the line was smaller
+      // m, tolerance: scraping ends after a pass in which the tool was always nearer to the planned line than this
       0.03e-3;
   // limit of the number of passes back along a run (consecutive strokes of a hand instrument)
   static constexpr int most_times = 3;
   static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
-  // The lead is the vector from the target point to the hand. It is a gain times the tool's distance from the target
+  // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
   // point. The coupling (the spring between hand and tool) turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
-  static constexpr double gain = 50;             // gain of the lead while cutting
-  // limit of the gain, multiplied by the tick's duration and divided by reaction_time; a higher gain oscillates
+  // ratio: lead of the hand to the tool's distance from the target point, while cutting
+  static constexpr double gain = 50;
+  // Limit of the gain: gain · tick duration / reaction_time must not exceed this value, because the hand would
+  // oscillate.
   static constexpr double steady_gain = 1.5;
-  static constexpr double scrape_gain = 30;           // gain of the lead while a hand instrument scrapes soft filling
-  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of a scraping hand instrument
-  // The lead that gives a certain force depends on the tissue. So the lead of a cut has a limit, which is adjusted
-  // until the force equals the wanted force. The forces here are fractions of the task's mean force, and the limits are
-  // fractions of the lead that gives the mean force. `rough_force` is used for the bulk of the tissue if another tool
-  // makes the finish.
+  // ratio: lead of the hand to the tool's distance from the target point, while scraping soft filling
+  static constexpr double scrape_gain = 30;
+  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the hand's lead while scraping
+  // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
+  // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
+  // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
-  static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the lead's limit
-  // least_most_lead, most_lead: lower and upper bound of the lead's limit
+  // 1/s, gain with which an error of the force changes the limit of the lead
+  static constexpr double lead_per_force = 15;
+  // lower and upper bound of the lead's limit, as ratios to the lead that gives the mean force
   static constexpr double least_most_lead = 0.6, most_lead = 4;
-  // m, smallest value of the upper bound; soft bone needs a longer lead than a tooth
+  // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // limit of the force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // If the tool falls behind the hand in the air, the hand slows down until the tool follows. waits_from: m, distance
-  // from tool to target point above which the hand slows down. waits_over: m, additional distance over which its speed
-  // falls to the lower bound. least_pace: the lower bound, as a fraction of the full speed.
+  // In the air, the hand slows down if the tool falls behind. waits_from: m, distance of the tool above which the hand
+  // slows down. waits_over: m, further distance over which its speed falls to the lower bound. least_pace: the lower
+  // bound, as a fraction of the full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
@@ -89,14 +92,14 @@ struct Joining {
   // m, threshold: two strokes with a smaller gap are joined without lifting the tool
   static constexpr double joined = 0.6e-3;
   static constexpr double hop = 0.5e-3;           // m, clearance above the highest obstacle between two strokes
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must clear obstacles too
-  static constexpr double beside = 0.3e-3;        // m, distance to the sides that the tool keeps from obstacles
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which also must not touch obstacles
+  static constexpr double beside = 0.3e-3;        // m, horizontal distance between the tool and obstacles
   static constexpr double above = 1.0e-3;         // m, height above the highest tissue at which the tool travels
   static constexpr double run_up = 0.6;           // s, time in which the drill reaches its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. For a task with larger voxels, all lengths of the work are multiplied by
-/// the same ratio.
+/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger in the same
+/// ratio, so all lengths are multiplied by this ratio.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -106,8 +109,8 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = Lead::below_most_force * rule.target;
   }
-  // The default limit of the score item force_max_N is for teeth. So a task with a larger mean force and without a
-  // limit of its own has no limit.
+  // The default limit of the largest force is for teeth. If the mean force of the task is larger than this limit, the
+  // limit is not used.
   if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
@@ -116,50 +119,50 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 /// Parameters for the choice and the order of the cutting tools.
 struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
-                          // distance between two passes as a fraction of the tool's diameter, and the lower and upper
-                          // bound of this distance in m
+                          // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
+                          // most_pass: m, its bounds
       most_pass = 0.3e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
-  // The widest tool is the fastest. So the widest tool is chosen among those that remove at least the fraction 1 -
-  // tolerated_loss of the volume that the best tool removes.
+  // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
+  // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m, tolerance: widths that differ by less count as equal
-  // Threshold: ratio of the volumes that remain after two tools. If another tool leaves less than this fraction of what
-  // the chosen tool leaves, the other tool makes the finish.
+  static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
+  // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
+  // other tool makes the finish.
   static constexpr double hardly_less = 0.7;
-  // Conditions for another tool. It must leave less than the fraction needed_reduction of the present error, and the
-  // reduction must be at least the fraction least_gain of the error at the task's start.
+  // Conditions for the use of another tool. It must leave less than the fraction needed_reduction of the present error,
+  // and reduce the error by at least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// Parameters of filling. Filling is added in portions. A portion is a dome that grows from the surface point nearest
-/// to the instrument's free end.
+/// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
+/// that is nearest to the instrument's free end.
 struct Filling {
   static constexpr double hop_over = 0.3e-3;  // m, height above the tissue on the path to the next portion
-  static constexpr double grid = 0.15e-3;     // m, distance between the positions that are evaluated
+  static constexpr double grid = 0.15e-3;     // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
-  // fraction of the free distance below the instrument by which it is lowered in one step
+  // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, smallest distance between the instrument and the tissue
   // height and radius of a portion, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      // limit of the instrument's height above the floor, in instrument radii; at larger heights a wall is nearer than
-      // the floor
+      // in instrument radii: limit of the height above the floor; a higher instrument is nearer to a wall than to the
+      // floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
-                          // m: an instrument that is nearer than near_wall to a wall moves to this wall in steps of
+                          // m: an instrument nearer than near_wall to a wall is moved towards this wall, in steps of
                           // nudge
       nudge = 0.02e-3;
   // m, step by which an instrument rises while it fills the hole that it leaves
   static constexpr double rise = 0.3e-3;
   static constexpr double head_free = 0.5;  // voxels, smallest distance between the dome and the instrument
-  // threshold: where the gradient of the distance field is shorter, the point lies midway between two surfaces
+  // Threshold of the length of the distance field's gradient. It is shorter at points midway between two surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
                           // m, limits of the height of the instrument's end above the final contour: `proud` in the
@@ -172,28 +175,27 @@ struct Filling {
   // voxels. To find out if a position above the final contour lies over the cavity, the program looks at this depth
   // below the contour.
   static constexpr double rim = 0;
-  // m, only filling up to this height above the lowest unfilled voxel counts as a gain
+  // m, height above the lowest missing voxel; filling above this height does not count as a gain
   static constexpr double layer = 0.6e-3;
-  // voxels, a voxel counts as filled if its centre lies at least this deep inside the dome
+  // voxels; a voxel counts as filled if its centre lies at least this deep inside the dome
   static constexpr double whole_voxel = 0.9;
   // m³, smallest portion: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions per plan
-  // Limit of the time of a portion: `longer` times its nominal time, plus `least_time` (s). Then the portion is
-  // abandoned.
+  // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Conditions for the end of the work.
+/// Parameters that decide when the work ends.
 struct Rounds {
   // Another round of cutting is planned only if the error fell below this fraction in the last round.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // limit of the number of rounds of cutting
-  // m, the first carving leaves excess filling that is thinner than this
+  // m, excess filling thinner than this remains at the first carving
   static constexpr double clearly_too_high = 0.1e-3;
-  // m³, limit: a layer that reduces the missing volume by less counts as useless
+  // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
   static constexpr double least_layer = 0.01e-9;
-  // limit of the number of consecutive useless layers; after more, the next instrument is used
+  // limit of the number of consecutive useless layers; then the next filling instrument is used
   static constexpr int most_vain = 3;
 };
 
@@ -330,7 +332,7 @@ class Plan {
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
-      now.before = now.after;  // the next strokes are planned for the tissue that the earlier strokes leave
+      now.before = now.after;  // the next strokes start from the tissue that the earlier strokes leave
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -387,7 +389,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, volume that would still differ from the ideal
+    double left = 0;  // m³, volume that differs from the ideal after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -426,12 +428,12 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // cosine of the angle between stroke and axis; above it, they count as parallel
+    // cosine of an angle: above it, the stroke counts as parallel to the axis
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Drills the stroke `in` of the tool `last` first with each narrower tool of the same shape, from the narrowest on,
-  /// like a set of reamers. Each tool's end reaches the same depth.
+  /// Adds the stroke `in` for each narrower tool of the same shape before the tool `last` makes it, the narrowest
+  /// first, as with a set of reamers. All tools reach the same depth.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -463,8 +465,8 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// Moves to the height of travel above `to`, over all obstacles on the path. `lifts`: true if the tool first moves
-  /// straight up from its last position.
+  /// Moves to a point high above `to`, over all obstacles on the path. `lifts`: true if the tool first moves straight
+  /// up from its last position.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -524,7 +526,7 @@ class Plan {
     Pose X_WT;
     dvec3 center;  // m, centre of the dome
     // excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each
-    // height level, the number of missing voxels up to this level that the dome fills.
+    // height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
     // lowest: m along the axis, height of the lowest level; step: m, distance between two levels
     double lowest = 0, step = 0;
@@ -533,7 +535,7 @@ class Plan {
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position of the instrument's axis (m along u and v), and the candidate portion at this position.
+  /// A position of the instrument's axis (m along u and v), and the portion that would be filled there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
@@ -628,9 +630,9 @@ class Plan {
     return voxels;
   }
 
-  /// Finds the portion that fills the voxel q with the greatest gain, and its radius in voxels. Null if no portion has
-  /// a gain. The gain is the missing volume that the portion fills up to a height of Filling::layer above q, minus the
-  /// cost of excess filling. Filling at larger heights has no gain, because it would block the instrument.
+  /// Finds the best portion for the missing voxel q, and its radius in voxels. Null if no portion has a gain. The gain
+  /// is the missing volume in the portion up to a height of Filling::layer above q, minus the cost of excess filling.
+  /// Filling at larger heights does not count, because it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -698,8 +700,8 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // voxels, how far the instrument may move at height c: its distance to the tissue minus the clearance; 0 if it is
-    // too near
+    // voxels, distance between instrument and tissue at the height c, minus the clearance; 0 if the instrument is too
+    // near
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -741,9 +743,9 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is chosen as
-  /// the servo does it: it is the surface point nearest to the free end, or, midway between two walls, the point below
-  /// the end. Returns no value if no surface is within the reach of the end.
+  /// Returns the portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is the point
+  /// that the servo would choose: the surface point nearest to the free end, or, midway between two walls, the point
+  /// below the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -847,7 +849,7 @@ class Plan {
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  // top_: m along the axis, top of the tissue; above_: m along the axis, height of travel
+  // m along the axis: height of the tissue's top, and height at which the tool travels
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
@@ -879,8 +881,8 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Starts the second pass of filling, after the first carving. It overfills what is still open; the excess is carved
-    // away later.
+    // Starts the second pass of filling, after the first carving. It fills what is still missing, and more; the excess
+    // is carved away later.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     useless_layers_ = 0;

@@ -22,8 +22,8 @@ namespace typodont {
 /// One step of a plan: a motion, a pause, or a change of the tool.
 struct ExpertLeg {
   enum class Kind {
-    kMove,    // moves through the air
-    kCut,     // cuts along a line, as fast as the tissue is removed
+    kMove,    // moves the tool through the air
+    kCut,     // cuts along a line, as fast as tissue is removed
     kScrape,  // scrapes with a hand instrument to and fro along a line until the tool reaches the line
     kWait,    // waits for a time, or until a volume has been filled
     kTake,    // changes the tool; the servo does this when the drill stands still
@@ -41,7 +41,7 @@ struct ExpertLeg {
 /// Size of the work and forces of a task. The values scale the hand's motion.
 struct ExpertGrip {
   double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
-  double force = 1;    // N, mean force that the task prescribes
+  double force = 1;    // N, mean force that the task asks for
   double lead = 1e-3;  // m, distance of the hand ahead of its tool that gives the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, limit of the force of a cut
 };
@@ -114,7 +114,8 @@ class ExpertHand final : public haptics::HapticDevice {
   ServoTick seen_;
   std::size_t leg_ = 0;
   std::array<ExpertLeg, 2> exit_legs_;  // steps in which the hand withdraws from an abandoned stroke
-  std::size_t way_ = 2;                 // index of the present step in exit_legs_; 2: the hand follows its plan
+  /// index of the present withdrawal step in exit_legs_; 2: the hand follows its plan
+  std::size_t way_ = 2;
   std::uint64_t ticks_ = 0;
   Pose from_;          // pose at the start of the present step
   Pose free_;          // pose at the end of the last step through the air

@@ -16,20 +16,19 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;  // m, height of the tip above the planned entry point at which tools are changed
+constexpr double kAbove = 8e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
 // m, height above the planned entry point; below this height the hand moves slowly
 constexpr double kNear = 2.0e-3;
 constexpr double kTravel = 20e-3;       // m/s, speed in the air
 constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
-constexpr double kSweepReach = 3.5e-3;  // m, half the length of the smoothed ridge, measured from the implant's axis
-// m, depth of the hand below the planned ridge while smoothing; the hand is lower than the bur because the coupling
-// yields
+constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis
+// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate at which an error of the force changes the lead
+constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
 constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back
@@ -37,7 +36,7 @@ constexpr double kPull = 2e-3;            // m, distance by which the drill is p
 constexpr double kHot = 42, kCool = 40;
 // m, height above the planned entry point at which a bur no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
-constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth at which the hand slows down
+constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth below which the hand moves slowly
 constexpr double kPatience = 200;     // s, limit of the duration of a stage
 
 }  // namespace
@@ -71,7 +70,8 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Pose of the tool along the plan's axis, with its tip at `depth` (m) and an offset `aside` (m) across the axis.
+/// Pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, its distance from the
+/// axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -82,7 +82,7 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses the tool along the plan's axis with a force of `newton`, at most to `depth` (m).
+/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m).
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);

@@ -1,4 +1,5 @@
-// A hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant" block.
+// A simulated hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant"
+// block.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ namespace typodont {
 /// same motion.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
-  /// `scene` must have an implant task. `rate`: Hz.
+  /// `scene`: must contain an implant exercise. `rate`: rate of the servo, Hz.
   ImplantExpert(const Scene& scene, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;

@@ -107,8 +107,8 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // used only by the planner thread after this thread has started
-  ExpertHand hand_;  // used only by the servo thread; this also applies to the members below, up to waits_
+  Expert expert_;    // used only by the planner thread, once this thread has started
+  ExpertHand hand_;  // this member and those below, up to waits_, are used only by the servo thread
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;

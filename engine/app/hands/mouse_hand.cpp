@@ -93,8 +93,8 @@ Pointer::View Pointer::view() const {
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // The tool must tilt to the user's right when the pointer moves to the right. So the axes are the user's, because a
-  // mirror or a rotated panel turns the picture.
+  // The tool tilts to the user's right when the pointer moves to the user's right. A mirror or a rotated panel turns
+  // the picture, so the axes of the user are used instead of those of the panel.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));

@@ -15,7 +15,8 @@ class Student {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// `tissue`: the scene's initial tissue. Throws Error if it contains no caries or the scene's task has no ideal.
+  /// `tissue`: the scene's initial tissue. Throws Error if the tissue contains no caries, or if the scene's task has no
+  /// ideal.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
   /// Computes the next sample. `now`: the present tissue. Returns false at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
@@ -29,7 +30,7 @@ class Student {
  private:
   bool next(haptics::HandSample& sample, const haptics::TissueVolume& now);
 
-  double rate_;  // Hz
+  double rate_;  // Hz, rate of the servo
   std::uint64_t ticks_ = 0;
   Phase phase_ = Phase::kExplore;
   dvec3 above_{0};  // m, point above the lesion

@@ -15,13 +15,15 @@ namespace typodont {
 
 namespace {
 
-// voxels, depth to which a tool's head may enter the ideal; it equals the error of the distance field
+// voxels, tolerance: a tool's head may enter the ideal by this depth, which is the error of the distance field
 constexpr double kClear = 0.05;
-constexpr double kExact = 0.02;   // voxels, depth to which a head that fits the ideal exactly may enter the ideal
+// voxels, the same tolerance for a head that fits the ideal exactly, for example a reamer
+constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer = 0.5;    // ratio to the head's diameter: distance between two layers of strokes in the bulk
 constexpr double kRow = 0.6;      // ratio to the head's diameter: distance between two rows of strokes in a layer
-constexpr double kSameLevel = 10e-6;   // m, tolerance: heights that differ by less belong to one floor
+// m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
+constexpr double kSameLevel = 10e-6;
 constexpr double kLeastFlat = 0.1e-6;  // m², threshold: the walls of a floor with a smaller area get no pass
 constexpr double kFlatShare = 0.02;    // threshold of a floor's area, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
@@ -34,7 +36,7 @@ constexpr double kOnLine = 2e-6;
 constexpr double kBridged = 0.4e-3;
 constexpr double kStraight = 3e-3;  // m, threshold: a longer connection between two passes goes over the tissue
 constexpr double kHop = 0.3e-3;     // m, distance between two heights that the search for a connection tries
-constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a longer row on a ramp
+constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a row that is longer than this on a ramp
 // threshold: where the slope of a floor is larger, the floor is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
