@@ -9,14 +9,16 @@
 
 namespace typodont {
 
-/// Creates the servo and the carver of a session with this scene and hand. Takes ownership of the tissue. Throws Error.
+/// Creates servo and carver for a session with this scene and hand. Both take turns on one thread (LockStep). Takes
+/// ownership of the tissue. Throws Error.
 haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
 
 class HapticLoop {
  public:
-  /// Sets up the servo for this device. Takes ownership of the tissue.
+  /// Prepares the servo for this device. Takes ownership of the tissue.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
-  /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
+  /// Prepares the servo for a simulated hand, which is an ideal device with force and torque but without vibration.
+  /// `rate`: rate of the servo, Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
   /// Runs one tick of the servo, then the carver. If a new snapshot of the tissue is due, the next tick uses it.
@@ -26,9 +28,10 @@ class HapticLoop {
   /// Reads `hand` until it has no more samples. Calls `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
-  /// For tests of a late carver: stalls the carver once per second for `seconds`.
+  /// Makes the carver stall once per second, each time for `seconds`. For tests of a late carver.
   void stall_carver(double seconds) { stall_ = seconds; }
-  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall are applied after the stall.
+  /// Makes the carver stall (`held` true) or continue from the next tick on. Cuts made during a stall are applied after
+  /// it.
   void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }

@@ -1,4 +1,5 @@
-// Texts over the picture of a session, in the user's language (catalogue: engine/session/page/strings_hud.cpp).
+// Texts over the picture of a session, in the user's language. The text catalogue is
+// engine/session/page/strings_hud.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -33,7 +34,7 @@ std::string short_number(double value, int digits, session::Language language);
 /// used.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 
-/// Returns `language`, or English with a warning if the program was built without a font for `language`.
+/// Returns `language`. If the program was built without a font for it, logs a warning and returns English.
 session::Language hud_language(session::Language language);
 
 }  // namespace typodont

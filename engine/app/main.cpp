@@ -47,7 +47,7 @@ static int written_out() {
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;
-    // open() returns the lowest free number, so the stream was closed
+    // open() returns the lowest free number, which must be the number of this stream
     if (::open("/dev/null", O_RDONLY) != stream) std::abort();
   }
 }
@@ -63,8 +63,7 @@ int main(int argc, char** argv) {
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
-  // Only the first word names a command. So `bench render` runs `bench` with the argument "render", not the command
-  // `render`.
+  // Only the first word on the command line names a command. So `bench render` runs `bench` with the argument "render".
   program.expect_commands(0, 1);
   add_demo_command(program);
   add_servo_command(program);

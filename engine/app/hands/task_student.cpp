@@ -209,8 +209,8 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Finds the position near p, at the same height, with the largest clearance. It searches in eight directions, and
-  /// halves the step when no direction increases the clearance.
+  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal. It
+  /// searches in eight directions, and halves the step when no direction increases the clearance.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -226,8 +226,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// A straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup. The
-  /// grid contains no free position for such a head. Returns no value for other heads.
+  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup,
+  /// because the grid contains no free position for it. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -292,7 +292,8 @@ class StrokePlanner {
     return *best;
   }
 
-  /// Finds the border between a free position and a colliding position by bisection. The result is a free position.
+  /// Finds by bisection the border between a position where the head is free and a position where it touches the ideal.
+  /// The result is a position where the head is free.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -439,8 +440,8 @@ class StrokePlanner {
     }
   }
 
-  /// Adds a ramp that leads along the row from the layer above down to the row. The end of a bur cuts badly, so the bur
-  /// must not move straight down.
+  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
+  /// end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -449,7 +450,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Finds the cells of `in` that are more than `away` cells from every cell that is not in `in`. The grid's edge is
+  /// Finds the cells of `in` whose distance from all cells outside `in` is more than `away` cells. The grid's edge is
   /// ignored.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
@@ -505,7 +506,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // two lines cross this cell; each line separates one corner outside the ideal from the others
+        // the outline crosses this cell twice, and each line cuts off one corner that lies outside the ideal
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -561,7 +562,7 @@ class StrokePlanner {
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
-      double highest = 0;  // m, largest height of the floor
+      double highest = 0;  // m, height of the highest point of the floor
     };
     std::map<long, Level> levels;  // flat parts of the floor, sorted by height
     const glm::ivec2 extent = count_;
@@ -623,7 +624,7 @@ class StrokePlanner {
   double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the heights
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
-  std::optional<dvec3> last_;  // end of the last stroke
+  std::optional<dvec3> last_;  // end point of the last stroke
   bool bulk_ = true;           // true while the added strokes belong to the bulk
 };
 

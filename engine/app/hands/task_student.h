@@ -1,5 +1,5 @@
-// Plans strokes that cut the tissue to a task's ideal and spare the remaining tissue. Used by the expert hand and by
-// tests of tasks.
+// Plans strokes that cut the tissue down to a task's ideal and spare the remaining tissue. Used by the expert hand and
+// by tests.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// A straight movement of the head.
+/// A straight motion of the tool's head.
 struct Stroke {
   Pose from, to;
   bool goes_on = false;  // true: the tool continues with the next stroke without a stop

@@ -11,7 +11,7 @@ namespace typodont {
 
 namespace {
 
-// s, time constant of the smoothing; it makes 90 positions per second feel continuous
+// s, time constant of the smoothing, with which 90 controller positions per second feel like a continuous motion
 constexpr double kFollowTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after the tracking returns
 // m/(s·N), admittance of the tool while tracking is lost: it yields to the force, so that the force fades within 50 ms

@@ -38,8 +38,9 @@ using namespace std::chrono_literals;
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
-constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
-constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
+constexpr double kSlowest = 60, kFastest = 320;  // Hz, lowest and highest frequency with which a controller can vibrate
+// rad/s, speed of the spindle at which the controller vibrates with its highest frequency
+constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
 // (s).
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
@@ -72,7 +73,7 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the wiring. If the thread hangs and is abandoned, this data is kept.
+/// All data of the headset's thread except the wiring. It continues to exist if the thread hangs and is abandoned.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
@@ -88,7 +89,7 @@ struct XrSession::Thread {
   MouthMirror scene_mirror;
   std::optional<MirrorFog> fog;  // empty: the fog of the mouth mirror is constant
   SuctionTip suction_tip;        // the scene's suction tip at its initial pose
-  int mirror_hand = -1;          // index of the controller that holds the mouth mirror
+  int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -96,7 +97,7 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // protects the members below; they are read a hundred times per second and written only three times
+  // The mutex protects the members below. They are read a hundred times per second and written only three times.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
@@ -302,8 +303,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // The limit of wake() covers the time until the user wears the headset. This loop limits the duration of each call of
-  // the runtime.
+  // This loop limits the duration of each call of the runtime. The time until the user wears the headset is limited by
+  // wake().
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;

@@ -34,8 +34,8 @@ class XrSession {
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The next functions are called by the thread that runs the session. start() enables the recording of the frames'
-  // times, if the options request it. `began`: time of the session's start.
+  // The next functions are called by the thread that runs the session. start() begins the recording of frame times, if
+  // the options request it. `began`: time of the session's start.
   void start(Nanos began);
   /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the runtime is lost, or
   /// if it has not answered for the time `stall_s` of the rig.
@@ -52,14 +52,14 @@ class XrSession {
   /// One physical point, measured in two frames: p_H is the head of the tool that an arm holds, in frame H of the arm's
   /// base; p_D is the tip of the controller, in frame D of the headset.
   struct Touch {
-    dvec3 p_H, p_D;  // m
+    dvec3 p_H, p_D;  // m; p_H in frame H, p_D in frame D
   };
   std::vector<Touch> touches() const;
 
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
-  double stall_;  // s, limit of the time without an answer of the runtime; then the session ends
+  double stall_;  // s, limit of the time that the runtime may need for an answer; after it, the session ends
 };
 
 /// Writes the captured pairs of points to a file for `calibrate register --pairs`. Throws Error if it cannot be

@@ -79,8 +79,8 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   // Direction to the lamp. It is fixed in the room: over the left shoulder of a user who sits at negative y of frame W.
   frame.lights.key = glm::normalize(dvec3(-0.65, 0.2, 0.95));
   frame.lights.up = {0, 0, 1};
-  // A single background picture cannot fit both eyes, because the image planes of a headset's two eyes are not
-  // parallel. So no background picture is drawn.
+  // No background picture is drawn. One picture cannot fit both eyes of a headset, because their image planes are not
+  // parallel.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
   const ServoTick& tick = scenery.tick;
   frame.tool = {

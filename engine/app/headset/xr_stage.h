@@ -42,7 +42,7 @@ class XrStage {
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
     render::ParticleCloud* cloud = nullptr;  // particles that are stored on this stage's GPU; null: there are none
-    double dt = 0;                           // s, time since the last frame; used to rotate the bur
+    double dt = 0;                           // s, time since the last frame; the bur rotates by the corresponding angle
     MouthMirror mirror;                      // the mouth mirror; its diameter is 0 if there is none
     SuctionTip suction;                      // the suction tip; its opening is 0 if there is none
   };

@@ -24,7 +24,7 @@ constexpr double kRpm = 2 * kPi / 60;  // rad/s per revolution per minute
 constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which the function searches for bone
 constexpr int kAround = 24;
 
-/// A box of tissue around the planned implant.
+/// The voxels of the tissue in a box around the planned implant.
 class Around {
  public:
   Around(const haptics::TissueVolume& volume, const session::ImplantPlan& plan) : frame_(volume.frame()) {
@@ -55,7 +55,8 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  VoxelFrame frame_;  // frame of the whole volume, so that the same voxel is the nearest one here and in the volume
+  // frame of the whole volume, so that the nearest voxel here is also the nearest voxel of the volume
+  VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
 };
@@ -193,7 +194,8 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Adds up area and second moments of the region without bone, in slices perpendicular to the planned axis.
+  // Sums the area and the second moments of the region without bone, slice by slice. The slices are perpendicular to
+  // the planned axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

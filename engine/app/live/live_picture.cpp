@@ -23,7 +23,7 @@ constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
-// A section follows the drill only if the drill has moved by at least one of these amounts.
+// Thresholds: the section follows the drill if the drill has rotated or moved by more than these amounts.
 constexpr double kSectionTurns = 0.02;  // rad, smallest rotation that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
 
@@ -310,7 +310,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // upper bound: a window shows a frame at the latest at the second poll after the frame was drawn
+    // the window shows a frame at the latest at the second poll after it was drawn, so this time is an upper bound
     first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);
@@ -347,9 +347,9 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  if (options_.embedded) return;  // the operator's window has its own waiting time
-  // After half a second without motion, the hand is checked only forty times per second. Mouse events end this wait
-  // early. Other hands do not end it, because some of them send a thousand events per second.
+  if (options_.embedded) return;  // the operator's window itself waits between two frames
+  // After half a second without motion, the hand is checked only forty times per second. A mouse event ends the wait
+  // early. Events of other hands do not, because some hands send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
@@ -370,8 +370,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
     wiring.pictures_to_recorder.push(
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
-  // With software rendering, the CPU also composes and presents the picture. So a frame's total time is the time
-  // between two consecutive frames.
+  // With software rendering, the CPU also composes and presents the picture. So the cost of a frame is measured as the
+  // time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
   // In a picture at rest, only bricks whose level of detail changes are redrawn, a few per frame. The cost of such a
   // frame does not predict the cost of a better quality. If it were used, the quality would rise and fall for ever.

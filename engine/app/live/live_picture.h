@@ -55,9 +55,9 @@ class LivePicture {
 
   /// Releases all GPU objects, because the GPU device is lost or about to be destroyed.
   void drop();
-  /// Creates the pictures again on `device`; if it is null, on a device of their own.
+  /// Creates the pictures again on this GPU device. If `device` is null, the pictures create their own device.
   void make(gpu::Device* device);
-  /// Creates the GPU device again after it was lost. Returns false if it was also lost shortly before.
+  /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
   /// Receives the carver's changes since the last turn.
@@ -121,8 +121,8 @@ class LivePicture {
   const bool left_hand_;
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
-  Surroundings around_;                      // surroundings of the tooth
-  std::optional<MirrorFog> fog_;             // empty: the fog of the mouth mirror is constant
+  Surroundings around_;                      // meshes of the tooth's surroundings
+  std::optional<MirrorFog> fog_;             // m, frame W: box that contains the tissue
   std::optional<SoftGumView> gum_;           // empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // bounds of the tissue in world coordinates
   QualityLadder ladder_;

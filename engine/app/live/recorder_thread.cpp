@@ -28,12 +28,11 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Counts the waiting ticks before it reads other rings. The patches and cuts of these ticks are already in their
-  // rings. Patches and cuts of later ticks may arrive during this turn; later ticks are not stored in it, so no tick is
-  // ever stored without its patches and cuts.
+  // Counts the waiting ticks first, and stores only these ticks in this turn. Their patches and cuts are already in the
+  // other rings. So no tick is ever stored without its patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Edits are read after patches. So if an edit made a patch necessary, the edit is stored in the same turn.
+  // Edits are read after patches. So if a patch was made because of an edit, the edit is stored in the same turn.
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the drawn soft gum
 constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
-// The faults that are also an input of Servo::tick.
+// The faults that are not only results of the servo, but also an input of Servo::tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// True if the tool touches something, as HapticDevice::contact defines it.
@@ -55,8 +55,8 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // Of the faults in kServoInputFaults, the tick contains exactly those that the servo received as input. So a replay
-  // can give the same input to the servo.
+  // The faults in kServoInputFaults are copied from the input of the servo and not from the hand's present state. So a
+  // replay can give the same input to the servo.
   tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);

@@ -88,7 +88,7 @@ class ServoTurns {
   /// Runs one tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at
   /// the end of the session.
   bool turn() noexcept;
-  /// Ramps the force down and releases the hand.
+  /// Ramps the force down to zero and releases the hand.
   void end() noexcept;
 
  private:
@@ -111,7 +111,7 @@ class ServoTurns {
   std::size_t wounds_sent_ = 0;  // number of gum wounds that were sent to the picture so far
 };
 
-/// The carver's loop. Each call of turn() is one pass.
+/// The carver's loop. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
   /// `between`: function that is called between the steps of a turn, so that a test can run the servo there. Empty in a
@@ -133,7 +133,7 @@ class CarverTurns {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The recorder's loop. Each call of turn() is one pass.
+/// The recorder's loop. Each call of turn() runs the loop once.
 class RecorderTurns {
  public:
   RecorderTurns(LiveSession& s, session::SessionWriter& writer) : s_(s), writer_(writer) {}
@@ -148,7 +148,7 @@ class RecorderTurns {
   session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;
 };
 
-/// The loop that publishes the session's state to other programs. Each call of turn() is one pass.
+/// The loop that publishes the session's state to other programs. Each call of turn() runs the loop once.
 class StreamTurns {
  public:
   /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
@@ -174,7 +174,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 /// Owns the tissue. Repeats the servo's cuts on it, creates patches from it, meshes its changes, and executes undo.
 /// Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
-/// Moves all data for the recording from the rings to the file.
+/// Writes the data for the recording, which the other threads put into rings, to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);

@@ -70,10 +70,10 @@ void move_to_working_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kCrownTop - tissue.frame.to_world(top);
 }
 
-/// Moves a mesh as move_to_working_place() above moves a volume. In the middle of an arch of several teeth there is no
-/// tissue; then the highest point is moved to kCrownTop.
+/// Moves a mesh so that the middle of its top is at kCrownTop. If the mesh has several teeth, there may be no tissue in
+/// its middle; then its highest point is moved to kCrownTop.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m, limit of the width of a single tooth; a wider mesh counts as several teeth
+  // m, threshold: a wider mesh counts as several teeth
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {

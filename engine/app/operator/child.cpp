@@ -20,7 +20,7 @@ namespace typodont {
 namespace {
 
 constexpr int kPollInterval = 50;  // ms, interval at which the user's cancellation is checked
-// ms, limit of the time that the process has to end after a request; then it is killed
+// ms, limit of the time between the request to end and the end of the process; then the process is killed
 constexpr int kPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
@@ -71,7 +71,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // its destructor waits for the process, however this function ends
+  struct Ended {  // stops and waits for the process in its destructor, however this function ends
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
@@ -113,7 +113,8 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // Messages are written to memory, not to a pipe. If this program ended first, a pipe would break and end the process.
+  // Messages are written to memory instead of a pipe. A pipe would break if this program ended first, and would end the
+  // process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -148,7 +149,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // empty, although other programs may have failed; the next call checks them
+    return std::nullopt;  // this program ended without failure; the next call checks the others
   }
   return std::nullopt;
 }

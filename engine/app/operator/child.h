@@ -17,7 +17,7 @@ inline constexpr int kLowestPriority = 19;
 /// Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Starts programs that run independently of the window, and detects their failures. Main thread.
+/// Programs that were started and run independently of the window. Their failures are detected. Main thread.
 class Started {
  public:
   /// Opens a file or folder with the desktop's default program.
@@ -29,7 +29,7 @@ class Started {
     std::string file;   // the file that could not be opened; empty if a process of this program failed
     std::string words;  // last message of the failed program
   };
-  /// Returns a program that failed since the last call; empty if none failed.
+  /// Checks the started programs. Returns a program that failed since the last call; empty if none failed.
   std::optional<Failed> look();
 
  private:

@@ -32,8 +32,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // Proposes a second contact model for a comparison. It must work in every exercise, so the model "implant", the next
-  // in the list, is not proposed.
+  // Proposes mesh_lod as the second contact model of a comparison, because it works in every exercise.
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }

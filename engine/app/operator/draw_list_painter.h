@@ -1,5 +1,5 @@
-// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. If the target still
-// contains an earlier frame, only the parts that differ are drawn. Render thread.
+// Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
+// flight. If the image to draw on still contains an earlier frame, only the parts that differ are drawn. Render thread.
 #pragma once
 
 #include <array>
@@ -34,8 +34,9 @@ class DrawListPainter {
   /// number that changes whenever the picture's content changes.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws the parts of the frame that differ from the content of the target. Draws everything if the target contains
-  /// no frame or if `all` is true. Returns the drawn parts; an empty optional means that everything was drawn.
+  /// Draws the parts of the frame that differ from the content of the image `target`. Draws everything if the image
+  /// contains no frame, or if `all` is true. Returns the drawn parts; an empty optional means that everything was
+  /// drawn.
   std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
                                                    const display::Target& target, int slot,
                                                    const std::array<float, 4>& clear, bool all = false);

@@ -64,7 +64,7 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  // Collects the changed tiles in rectangles. Consecutive changed tiles of a row form a rectangle. It is extended
+  // Combines changed tiles to rectangles. Changed tiles beside each other in a row form a rectangle, which is extended
   // downwards if the same tiles of the next row have changed.
   std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);

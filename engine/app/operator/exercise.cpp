@@ -70,8 +70,8 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // A float such as 0.7 has further digits as a double. So the number is rounded to four digits, as the user typed
-    // it.
+    // Rounds a number to four digits, as the user typed it. Without this, the float 0.7 would be written with more
+    // digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -104,7 +104,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  if (scene.contains("score")) {  // a scene without a task contains its rules here; otherwise they are in the task
+  if (scene.contains("score")) {  // without a task, the rules of the score are here; otherwise they are in the task
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
   }

@@ -27,13 +27,13 @@ struct NewExercise {
   std::string name, goal;
   std::vector<std::string> steps;
   const Scene* base = nullptr;                   // base scene from which the exercise is made
-  std::span<const PaintStroke> strokes;          // strokes painted in addition to the base's own strokes
+  std::span<const PaintStroke> strokes;          // brush strokes that are added to those of the base scene
   const haptics::TissueVolume* ideal = nullptr;  // the ideal as a volume; null: see ideal_mesh
   // File with the ideal as a closed mesh. If both `ideal` and this name are empty, the base scene's ideal is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm, length of the unit in which the mesh file states coordinates
   std::array<TissueMade, kTissueCount> tissues{};
-  std::optional<std::vector<RuleChoice>> rules;  // the complete list of rules; empty: the base's rules
+  std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
 };
 
 /// Error because of a rule of the exercise. The caller can report it in the user's language.
@@ -41,8 +41,8 @@ class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
-  std::string rule;  // name of the rule; see session::known_score_names()
-  // Reason. true: the rule has no target value, and the ideal preparation does not give one either; false: a number of
+  std::string rule;  // name of the refused rule (see session::known_score_names())
+  // Reason of the refusal. true: neither the rule nor the ideal preparation states a target value. false: a number of
   // the rule is out of range.
   bool no_target;
 };
@@ -50,7 +50,7 @@ class RuleRefused : public Error {
 /// Lists the available rules. A rule has the values of the base scene, or default values if the base scene lacks it.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// Returns the scene as JSON text. `ideal_file`: path of the ideal relative to the scene; empty: the base's ideal.
+/// Makes the scene's JSON text. `ideal_file`: path of the ideal, relative to the scene; empty: the base scene's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
 /// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. An exercise of the same name is replaced.

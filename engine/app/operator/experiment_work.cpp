@@ -68,7 +68,8 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  // If the rig is embedded in this window, the experiment opens a window of its own, which is its default.
+  // A rig without a file draws in the operator's window. An experiment cannot draw there, so it opens its default
+  // window.
   if (!rig.embedded) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();

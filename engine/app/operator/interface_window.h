@@ -18,7 +18,7 @@ struct ImFont;
 
 namespace typodont {
 
-/// Sizes in pixels for the scale of this screen, and fonts.
+/// Sizes in pixels and fonts, for the scale of this screen.
 struct InterfaceStyle {
   float unit = 16;  // pixels, height of normal text; all other sizes are multiples of this height
   ImFont* plain = nullptr;

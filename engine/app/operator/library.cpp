@@ -35,7 +35,7 @@ std::vector<fs::path> json_files(const fs::path& folder) {
   return files;
 }
 
-/// Makes a title of a file name, for example "Molar caries" of "molar-caries".
+/// Converts a file name to a title: "molar-caries" becomes "Molar caries".
 std::string title_of(std::string name) {
   std::replace(name.begin(), name.end(), '-', ' ');
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -127,7 +127,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
           continue;
         }
       } catch (const Error&) {
-        continue;  // a file of another version or an incomplete file is not listed
+        continue;  // the file is incomplete or belongs to another version of the program, so it is not listed
       }
       const bool shipped = folder == assets_folder() / "rigs";
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
@@ -201,7 +201,8 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  } catch (const Error&) {  // the file is damaged or of another version, so the defaults are used as on a first run
+  // the file is damaged or belongs to another version, so the defaults of a first run are used
+  } catch (const Error&) {
   }
   return r;
 }

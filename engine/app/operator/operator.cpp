@@ -42,7 +42,7 @@ using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s, time between two frames while nothing happens
 constexpr Nanos kIdleWait = 25'000'000;  // ns, time between two checks for changes that the desktop does not report
-constexpr Nanos kBriefWait = 4'000'000;  // ns, threshold: if the wait for events was shorter, the loop also pauses
+constexpr Nanos kBriefWait = 4'000'000;  // ns, threshold: if waiting for events took less time, the loop sleeps, too
 constexpr double kSessionFrame = 0.05;   // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
@@ -533,7 +533,8 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // the window was open, so this error is not an error of the set-up
+  // an error after the window was opened is a failure of the run, not an error of the set-up
+  } catch (const Error& e) {
     throw RunFailure(e.what());
   }
 }

@@ -52,7 +52,7 @@ class ScanDesk {
   };
   std::shared_ptr<Computed> coarse_;
   std::optional<LabelRequest> full_;  // the request for full labels that work_ computes at present
-  std::unique_ptr<Job> job_;          // computes the request for coarse labels, `coarse_`
+  std::unique_ptr<Job> job_;          // computes coarse labels (the request `coarse_`)
   std::vector<gpu::Image> images_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn
 };

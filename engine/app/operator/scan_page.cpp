@@ -17,7 +17,8 @@ using namespace widgets;
 namespace {
 
 constexpr double kZoom = 1.15;  // ratio by which one step of the wheel changes the shown width
-constexpr float kGrip = 0.5f;   // in text heights: distance within which the mouse can drag an edge of the region
+// in text heights: an edge of the region can be dragged if the mouse is nearer than this
+constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
 constexpr std::array kKinds{"op.kind_bone", "op.kind_tooth", "op.kind_metal", "op.kind_canal", "op.kind_nothing"};

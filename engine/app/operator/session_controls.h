@@ -14,7 +14,7 @@ class Flow {
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // true: this text is a label of the buttons after it
+    bool lead = false;  // true: the entry is no button but a label for the buttons after it
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 

@@ -80,8 +80,8 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      /// saved_: path of the saved tissue; recording_: final path of the recording; written_: its path during the
-      /// session
+      /// recording_: final path of the recording; written_: its path during the session; saved_: path of the saved
+      /// tissue
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;

@@ -87,7 +87,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // threshold of the completed fraction of the task; below it, no item has the colour of a good or bad score
+    // threshold: while a smaller fraction of the task is completed, items are drawn without the colours for good and
+    // bad scores
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
