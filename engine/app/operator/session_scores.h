@@ -36,7 +36,7 @@ class SessionScores {
   OperatorState& s_;
   std::unique_ptr<Job> job_;
   std::filesystem::path scored_;           // the session whose score is computed at present
-  std::set<std::filesystem::path> tried_;  // sessions for which the computation was already started
+  std::set<std::filesystem::path> tried_;  // sessions for which the computation of the score was already started
 };
 
 }  // namespace typodont

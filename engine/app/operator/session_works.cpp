@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Data of a finished session that the result page shows.
+/// The data about a finished session that its result page shows.
 struct Made {
   session::Score score;
   render::Picture picture;

@@ -38,7 +38,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // The language's name is Chinese only if the computer has a font for Chinese.
+  // The name of the Chinese language is written in Chinese only if the computer has a font for it.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };

@@ -31,26 +31,26 @@ enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan,
 
 enum class Ask {
   kStart,            // start a session with the user's selection; on the experiment page: start the experiment
-  kEndSession,       // ramp the force down, complete the recording, end the session
+  kEndSession,       // ramp the force down, complete the recording, and end the session
   kEmergencyStop,    // set the force to zero from the next tick on, then end the session
   kToStart,          // return to the start page
   kAgain,            // repeat the last session
   kLanguage,         // set the language; number: index of the language
-  kDoctor,           // check this computer, as `typodont doctor` does
+  kDoctor,           // check this computer, as the command `typodont doctor` does
   kRescan,           // search again for scenes, hands and rigs
   kOpenReport,       // show the report in the browser; on the experiment page: the experiment's result
   kOpenFolder,       // open the folder of the sessions
   kDeleteRecording,  // delete the recording of the session that just ended
-  kSettings,         // apply live settings that have changed
+  kSettings,         // apply the changes that the user made to the live settings
   kTool,             // select a tool; number: index in the tool set
   kPhaseTool,        // select the instrument for the present phase of an implant exercise
   kUndo,             // undo a stroke
   kRedo,             // redo a stroke
   kSaveTissue,       // save the present tissue
   kKeep,             // number: 1 keeps the recording at the session's end, 0 deletes it
-  kLook,             // apply OperatorState::look, which has changed
+  kLook,             // apply the changes that the user made to OperatorState::look
   kOwnView,          // number: 1 shows the free viewpoint, 0 the trainee's picture
-  kColor,            // apply OperatorState::colors, which has changed; number: the tissue
+  kColor,            // apply the change of a tissue's colour in OperatorState::colors; number: the tissue
   kLoseDevice,       // for tests: simulate the loss of the GPU device
   kSaveExercise,     // save painted and drilled tissue as an exercise
   kHold,             // number: 1 stops drill and force; 0 continues
@@ -67,7 +67,7 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   /// import a scan or mesh with the settings in ImportForm; on the scan page: import the selected region
   kImport,
-  kLookAtScan,     // show the scan of ImportForm before its import
+  kLookAtScan,     // show the scan that ImportForm names, before its import
   kFuse,           // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
   kFuseDropPoint,  // remove the last point that the user picked
   kFuseRegister,   // register the intraoral scan by the picked points
@@ -91,11 +91,11 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // name of the scene; it is part of the recordings' file names
+  std::string name;  // name of the scene, which file names of its recordings contain
   std::string title, description;
   std::string fault;  // reason why the scene cannot be used; empty if it can be used
   int picture = -1;   // index of its picture in OperatorState::pictures; -1: none
-  std::string model;  // the scene's contact model, or the default
+  std::string model;  // the scene's contact model (the default if the scene names none)
   bool own = false;   // true: the user created this scene; false: it is shipped
   // True if an implant can be planned in this scene: it is an implant exercise, or a volume of the user's own.
   bool jaw = false;
@@ -114,7 +114,7 @@ struct RigChoice {
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // true: the target is the value that the ideal has, if there is an ideal
+  bool from_ideal = true;  // true: the target of the rule is the ideal's own value, if there is an ideal
   float target = 0, tolerance = 1, weight = 10;
 };
 /// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.
@@ -138,9 +138,10 @@ struct ImportForm {
   FileChooser chooser;
   std::array<char, 96> name{};
   int preset = 0;  // an ImportPreset as a number, or kScannedSurface
-  int series = 0;  // number of the selected series if a DICOM folder has several, from 1; 0: the folder has only one
+  /// number of the series in a DICOM folder with several series, from 1; 0: the folder has only one series
+  int series = 0;
   int crown = 0;   // direction of the crown, as an index in the enumeration Crown
-  // Both in mm. Voxel size; 0: the voxel size of the file. Thickness of the shell; 0: the default.
+  // mm. voxel_mm: voxel size; 0: the voxel size of the file. shell_mm: thickness of the shell; 0: the default.
   float voxel_mm = 0, shell_mm = 0;
   float unit_mm = 1;     // mm, length of the unit in which a mesh file states coordinates
   float spacing_mm = 0;  // mm, distance between two samples of a scan; 0: the distance that the file states
@@ -212,15 +213,16 @@ struct FoundValue {
 };
 /// Result of a finished experiment.
 struct ExperimentFinding {
-  std::filesystem::path log, page;  // log: file with the trials; page: file with the fitted function
+  std::filesystem::path log, page;  // file with the trials, and HTML page with the result
   std::string person;
   std::size_t question = 0;
   int trials = 0;
   double right = 0;  // %, fraction of right answers; not used if models are compared
-  /// just-noticeable difference in % or ms; if models are compared: how often `models[1]` was chosen, in %
+  /// result: the just-noticeable difference in % or ms, or, for a comparison of models, how often `models[1]` was
+  /// chosen (%)
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// only if models are compared: probability of answers at least as uneven if no difference was felt
+  /// only for a comparison of models: probability that a subject who feels no difference answers at least as unevenly
   double chance = 1;
 };
 struct DoctorFinding {
@@ -248,7 +250,7 @@ struct OperatorState {
   bool help = false;    // true: the list of keys is shown
   std::string message;  // text of the message line: an error or a hint
   bool message_is_error = false;
-  std::vector<Request> asked;        // requests that the pages added in this frame
+  std::vector<Request> asked;        // requests that the pages have made in this frame
   std::vector<std::string> to_open;  // files and folders that the desktop should open
   std::optional<Request> leaving;    // request that waits for the user's decision about unsaved work
 
@@ -259,7 +261,7 @@ struct OperatorState {
   std::vector<std::string> models;  // names of the contact models
   int model = -1;                   // index of the selected model in `models`; -1: the exercise's own model
   std::vector<std::string> monitors;
-  int scene_shown = -1;  // the scene to which the list was last scrolled
+  int scene_shown = -1;  // index of the scene to which the list was last scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
   std::array<char, 256> address{};  // address of a hand that the user types
   std::array<char, 128> trainee{};
@@ -284,7 +286,7 @@ struct OperatorState {
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
   float paint_hardness = 1;  // 0..1, hardness that the next strokes of the brush give to the tissue
-  int step_shown = -1;       // the step to which the list was last scrolled
+  int step_shown = -1;       // index of the step to which the list was last scrolled
   SessionSettings settings;
   bool recording = false;
   bool keep = false;          // true: the recording is kept at the session's end

@@ -12,7 +12,7 @@ namespace {
 constexpr Nanos kTouch = 500'000'000;  // ns, threshold: after this total time in contact, the step "touch" is done
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
 constexpr double kMoved = 10 * kMillimetre;  // m, threshold: after a path of this length, the step "move" is done
-// m, limit of the motion between two ticks; a larger motion is a jump of the input, and is ignored
+// m, threshold of the motion between two ticks; a larger motion is an error of the input, and is ignored
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

@@ -23,7 +23,7 @@ void end_page() {
 }
 
 namespace {
-// In text heights: height of the message line, and of the foot with the buttons.
+// heights as ratios to the text height: of the message line, and of the lowest row with the buttons
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 
@@ -112,7 +112,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  // fits: number of bytes that fit; words: number of these bytes that belong to whole words
+  // number of bytes that fit into the line, and number of bytes if only whole words are counted
   std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
@@ -122,8 +122,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Chinese has no spaces, and a single long word must not disappear. In both cases the text is cut between two
-  // characters.
+  // If the last whole word ends too early, the text is cut between two characters. This is necessary for Chinese, which
+  // has no spaces, and for long words.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }

@@ -17,15 +17,15 @@ namespace typodont::widgets {
 inline const ImVec4 kGood{0.45f, 0.78f, 0.58f, 1}, kWarn{0.93f, 0.74f, 0.36f, 1}, kBad{0.93f, 0.42f, 0.36f, 1};
 inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
 
-/// Begins an ImGui window that fills the whole window.
+/// Begins an ImGui window that covers the whole area of the operator's window.
 void begin_page(InterfaceWindow& w);
 void end_page();
 
 /// Begins a page with a heading. Returns the size of the page's body, which lies above the message line and the foot.
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
-/// Ends a page that begin_titled_page() began. Draws the message line or the progress of a long task, and the button
-/// that leads back to the start page. Esc cancels the task. `can_leave`: true if the button is enabled. `more`: draws
-/// further buttons of the given size beside it.
+/// Ends a page. Draws the message line (or the progress of a long task, which Esc cancels), and the button that leads
+/// back to the start page. `can_leave`: true if this button is enabled. `more`: draws further buttons of the given size
+/// beside it.
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
                      const std::function<void(ImVec2 size)>& more = {});
 
@@ -41,7 +41,7 @@ void dim_wrapped(const std::string& text);
 /// Shortens the text with an ellipsis if it is wider than `room` (pixels). The text is cut between words if possible,
 /// and never inside a character. `width`: function that measures the width of a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// Does the same as fitted() above. The width is measured with the present font.
+/// Shortens the text as fitted() above does. The width is measured with the present font.
 std::string fitted(const std::string& text, float room);
 /// Draws one line of text, at most `room` pixels wide. If the line is shortened, its tooltip shows the full text.
 void one_line(const std::string& text, float room);
@@ -65,8 +65,8 @@ bool toggle_button(const char* text, bool on, ImVec2 size);
 /// Colour for a score. `fraction`: ratio to the full score. The colour is red below the pass mark.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
-/// Draws a button with the name of its shortcut. The button and the shortcut both issue the request. `main`: true draws
-/// it as the main action of the page.
+/// Draws a button for a request. The request is also made by the button's shortcut, which the button shows. `main`:
+/// true draws the button as the main action of the page.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
 /// True if the shortcut was pressed in this frame.
@@ -84,8 +84,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Draws a field for the length unit of a mesh, in mm.
 void unit_field(float& unit_mm);
 
-/// A line of text that says if the system granted a right to the servo loop, such as real-time scheduling. The report
-/// contains the same text. There are no lines before the first tick.
+/// A line of text about a right, such as real-time scheduling, that the system has granted or refused to the servo
+/// loop. The report contains the same text. There are no lines before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field for chips; their motion needs no fine detail of a cavity
+// m, grid spacing of the distance field from which chips bounce off; they need no fine detail of a cavity
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field for the film; a cavity must be several cells wide
+// m, grid spacing of the distance field on which the film flows; a cavity must be several cells wide
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;   // s, time between two updates of the picture of the film
-constexpr double kCutSteps = 0.1e-3;  // m, the head's cuts are applied to the field after each motion of this length
+constexpr double kCutSteps = 0.1e-3;  // m, after each motion of this length, the head's cut is applied to the field
 constexpr double kPressed = 0.05;     // threshold of the pedal's position, 0..1; above it, the handpiece sprays
 constexpr float kLeastShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter

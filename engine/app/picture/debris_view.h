@@ -31,8 +31,8 @@ struct WaterPlan {
   std::optional<Nozzles> nozzles;
   bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // The film ends at points p_W with dot(drain, (p_W, 1)) < 0, because the tooth is inside the gum there. Zero: it
-      // ends nowhere.
+      // The plane at which the film ends, because below it the tooth is inside the gum: the film exists at points p_W
+      // with dot(drain, (p_W, 1)) >= 0. Zero: the film ends nowhere.
       0};
 };
 
@@ -46,9 +46,9 @@ struct DebrisBalance {
   std::optional<debris::FilmLedger> film;
 };
 
-/// Creates and moves chips and water, and makes their picture. A GPU, if there is one, moves the chips, which takes no
-/// CPU time. With software rendering the CPU moves them directly, which is several times faster than compute shaders on
-/// the CPU. With nozzles the CPU always moves them, because chips become part of the film.
+/// Creates and moves chips and water, and makes their picture. If there is a GPU, the GPU moves the chips. With
+/// software rendering, the CPU moves them directly, which is several times faster than compute shaders on the CPU. If
+/// there are nozzles, the CPU always moves the chips, because they become part of the film.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
@@ -96,8 +96,8 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the last cut, if this cut is not yet applied to the field; cut_at: pose of the head at
-    // the last cut that is applied.
+    // uncut: pose of the head at the last cut, if the cut is not yet applied to the field; cut_at: pose of the head at
+    // the last cut that was applied
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
     haptics::HeadField head;
@@ -114,7 +114,7 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  /// batch_size_: number of cuts whose chips are created together; batched_: number of cuts that wait for this
+  /// number of cuts whose chips are created together, and number of cuts that wait now
   int batch_size_ = 1, batched_ = 0;
   PerTissue batch_removed_{};  // m³, volume that the waiting cuts removed
   Cut last_;                   // the last waiting cut, and the radius of its tool in m

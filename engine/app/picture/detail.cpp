@@ -5,7 +5,8 @@
 namespace typodont {
 
 namespace {
-constexpr float kStep = 1.3f;  // ratio between new and old tolerance above which the tooth is meshed again
+// threshold: the tooth is meshed again if the ratio between new and old tolerance is larger
+constexpr float kStep = 1.3f;
 }
 
 double screen_pixel(const display::DisplayRig& rig) {

@@ -1,4 +1,4 @@
-// Changes the size of an eye's picture that the rig states.
+// Replaces the picture size of one eye that the rig states.
 #pragma once
 
 #include <string>

@@ -21,7 +21,7 @@ class FilmPicture {
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// The version of the film that a renderer has received.
+  /// Marks what a renderer has already received: the version of the film.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;
@@ -30,7 +30,7 @@ class FilmPicture {
   static void show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown);
 
  private:
-  /// number of samples per side of a block; a block is the unit in which changes are sent
+  /// side of a block in samples; changes are sent to the renderer block by block
   static constexpr int kBlock = 8;
 
   std::size_t index(const glm::ivec3& s) const {

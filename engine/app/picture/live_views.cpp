@@ -18,14 +18,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;  // ns, limit per turn of the time for passing bricks to the pictures
+constexpr Nanos kGiveFor = 4'000'000;  // ns, limit of the time that a turn may spend on passing bricks to the pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;  // niceness of the thread; servo and picture have a higher priority
 // m, limit of the distance from the ideal up to which differences are computed
 constexpr double kDifferenceReach = 3e-3;
-constexpr std::size_t kMostUnexplored = 600'000;  // limit of the number of waiting ticks; ten minutes
+constexpr std::size_t kMostUnexplored = 600'000;  // limit of the number of ticks that wait for evaluation: ten minutes
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -102,7 +102,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies the parts of a look that need no result of the computing thread.
+/// Applies the parts of a look that can be shown without a result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -312,7 +312,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    // The tooth is computed first, because it is more important than its surroundings.
+    // The surroundings are computed after the tooth, because the tooth is more important.
     for (std::size_t i = 0; i < 2; ++i) {
       if (!around[i]) continue;
       try {

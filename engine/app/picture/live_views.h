@@ -1,7 +1,7 @@
-// All that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal, score so
-// far. A separate thread computes these data from copies that the carver makes, so that the hand never waits. All
-// bricks that were drawn are stored, so that a picture can be added or can change its look at any time. If the score is
-// shown, the thread starts immediately, otherwise when a look needs it.
+// Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the
+// ideal. Also the score so far. A separate thread computes these data from copies that the carver makes, so that the
+// hand never waits. All bricks that were drawn are stored, so that a picture can be added or changed at any time. The
+// thread starts immediately if the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -28,8 +28,8 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is used only in the constructor. `around` must outlive this object. `judged`: true if the score so far is
-  /// computed as well.
+  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score so far is
+  /// also computed.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
   /// Waits until the thread has finished its present work.
@@ -47,7 +47,7 @@ class LiveViews {
   /// Passes new data to the pictures, for at most a few milliseconds. Call it once per turn. Returns true if a picture
   /// received data.
   bool advance();
-  /// True while the look of this picture is computed.
+  /// True while the computing thread works for this picture.
   bool making(Eyes eyes) const;
   /// True if the computing thread has been started.
   bool started() const { return thread_.joinable(); }
@@ -92,7 +92,7 @@ class LiveViews {
     Look look;
     Wish wish;                           // the look that was requested from the computing thread
     bool made = true;                    // true: the computing thread has answered the request
-    int stages = 0;                      // number of stages that the picture has had
+    int stages = 0;                      // number of stages that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
     std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
   };

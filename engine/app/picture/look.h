@@ -14,7 +14,7 @@ struct Look {
   render::View view = render::View::kLook;
   /// axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z
   int section_axis = 1;
-  double section = 0;  // m, position of the section plane along this axis, measured from the tooth's middle
+  double section = 0;  // m, position of the section plane along the axis section_axis, measured from the tooth's middle
   /// section plane in the form of render::Frame; if it is zero, section_axis and section are used
   glm::dvec4 plane{0};
   std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook
@@ -29,7 +29,7 @@ struct Viewpoint {
   double azimuth = -1.5707963267948966;  // rad, angle from the x axis of frame W to the viewer's direction, about z
   double elevation = 1.0;                // rad, angle from the horizontal plane up to the viewer's direction
   double distance = 0.15;                // m, distance from the tooth's middle to the viewer
-  glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
+  glm::dvec2 shift{0, 0};                // m, displacement of the viewed point to the viewer's right and up
 };
 
 /// Limits a viewpoint to valid values: it lies outside the tooth and does not pass the zenith.
@@ -41,8 +41,8 @@ display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::iv
 /// Converts the eye position of a rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Section plane of a look for a viewer at p_WE. The tissue behind the plane, as the viewer sees it, is kept. xyz: unit
-/// normal, w: offset in m.
+/// Returns the section plane of a look (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue behind the
+/// plane, as the viewer sees it, is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

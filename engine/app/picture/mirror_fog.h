@@ -24,7 +24,8 @@ struct MirrorFogLaw {
   double mist_reach = 8e-3;   // m, distance from the bur at which the mist is four times thinner
   double dry_time = 20;       // s, time constant with which air dries the glass
   double rinse_time = 0.15;   // s, time constant with which a jet of water rinses the glass
-  double rinse_reach = 6e-3;  // m, the jet rinses the glass if the bur's head is nearer than this in front of it
+  /// m, a jet rinses the glass if the bur's head is in front of the glass and nearer than this
+  double rinse_reach = 6e-3;
 };
 
 class MirrorFog {

@@ -12,7 +12,8 @@ constexpr double kMargin = 1.05;  // ratio: width of the picture to width of the
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
 constexpr double kAmbient = 0.25;  // fraction of a sphere's colour that remains where the sphere is in shadow
 
-/// Draws the spheres whose centre has y >= `front` into a square of the picture. `left`: first column of the square.
+/// Draws spheres into a square part of the picture. Only spheres whose centre has y >= `front` are drawn. `left`: first
+/// pixel column of the square.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,
           const dvec3& middle, double metres_per_pixel, double front) {
   const int n = picture.size.y;

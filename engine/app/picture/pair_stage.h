@@ -26,13 +26,13 @@ class PairStage {
   std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
                                          const std::array<std::span<const render::Particle>, 2>& particles, double dt,
                                          const std::array<std::string, 2>& hints);
-  /// The content of the screen. Call it only without a window.
+  /// Returns the content of the screen. Call it only without a window.
   render::Picture screen();
   display::Output& output() { return *output_; }
 
  private:
   void follow_size();
-  /// Adapts the size of the composed picture to the sizes of the two pictures.
+  /// Adapts the size of the screen's picture to the sizes of the two pictures that it combines.
   void fit();
 
   gpu::Device device_;

@@ -23,7 +23,8 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
-/// The shape in which the renderer draws the tool: a shape of its own if it has one, otherwise the tool's haptic shape.
+/// Returns the shape in which the renderer draws the tool. It is the renderer's own shape for this tool if there is
+/// one, otherwise the haptic shape.
 render::ToolShape shape_of(const haptics::Tool& tool) {
   const std::string_view name = name_of(tool.shape);
   if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
@@ -36,7 +37,7 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
   return render::outlined_shape(std::move(outline));
 }
 
-/// Adds the details of an implant tool to its shape: two flutes of a twist drill, depth marks and threads.
+/// Adds details to the drawn shape of an implant tool: the flutes of a twist drill, depth marks, and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
   constexpr double kFluteRise = 12e-3;         // m, length along the drill's axis in which a flute makes one turn
   constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank (ISO 1797 type 1)
@@ -55,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// True if the light between bodies need not be computed again. The lamp moves a little with the user, and such a
-/// motion is ignored.
+/// True if the light that bodies exchange need not be computed again. A small motion of the lamp, which moves with the
+/// user, is ignored.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -70,7 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // tolerances: m, and half of an angle in rad
+  // tolerance of the position: m; tolerance of half the angle: rad
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {
@@ -107,8 +109,8 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
 
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed) {
-  // m, drawn length of the shank between head and handpiece if the tool's file does not state it: for a tool that
-  // turns, and for a tool that does not turn
+  // m, drawn length of the shank between head and handpiece for tools that turn, and for tools that do not turn. Used
+  // if the tool's file does not state the length.
   constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
   constexpr double kHeld = 0.6e-3;  // m, length of the shank that is drawn inside the handpiece
   render::ToolShape shape = shape_of(tool);
@@ -219,7 +221,7 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // Changes the panel to the picture's aspect ratio. The panel grows about its middle, so that everything that was
+  // The panel gets the aspect ratio of the picture. It becomes larger about its middle, so that everything that was
   // visible stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
@@ -326,7 +328,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  // A frame-sequential stereo surface has one layer per eye, and each layer is as large as the window.
+  // With frame-sequential stereo, the window's surface has one layer per eye, and each layer is as large as the window.
   const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }

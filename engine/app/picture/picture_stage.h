@@ -34,23 +34,23 @@ struct DrawnTool {
   /// copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
   bool open = false;
 };
-/// Makes the drawn form of a tool. `placed`: only the driver is drawn, because the tool's head stays in the tissue. The
-/// pose of the handpiece relative to the tool is fixed, so it turns with the hand about the tool's axis. If a hand
-/// measures only the axis, the shortest rotation from the z axis of frame W to the tool's axis is used
-/// (rotation_between). Then the direction of the handpiece changes continuously with the axis. Throws Error.
+/// Makes the drawn form of a tool. `placed`: true if only the driver is drawn, because the tool's head stays in the
+/// tissue. The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, the shortest
+/// rotation from the z axis of frame W to this axis is used (rotation_between); then the handpiece turns continuously
+/// with the axis. Throws Error.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
 /// True if this tool is an implant or screw that has been placed at this tick.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// Speed with which the tool is drawn rotating about its z axis, rad/s. Right-handed threads enter clockwise, as seen
-/// from the shank.
+/// Speed at which the drawn tool rotates about its z axis, rad/s. Right-handed threads turn clockwise, as seen from the
+/// shank, when they enter.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Returns a box outside which the scene can never have tissue. Empty if there is no such box, because a tool of the
-/// tool set adds tissue or redo may restore earlier cuts.
+/// Returns a box outside which the scene can never have tissue. Empty if tissue can appear anywhere, because a tool of
+/// the tool set adds tissue or because redo can restore earlier cuts.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
@@ -89,7 +89,7 @@ class PictureStage {
 
   /// Adds the static surroundings. Call it before the first bricks, so that bricks that the gum covers are never drawn.
   void surround(const Surroundings& around);
-  /// Updates the bricks of the soft gum that changed since the last call; call it before each frame.
+  /// Updates the bricks of the soft gum that have changed since the last call. Call it before each frame.
   void show_gum(const SoftGumView& gum);
 
   /// Sets the mouth mirror from the next frame on. Its diameter is 0 if there is none.
@@ -199,8 +199,8 @@ class PictureStage {
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
-  std::vector<render::LitTriangle> tooth_;  // triangles of the working tooth in the first frame
-  bool tooth_known_ = false;                // true after the first frame
+  std::vector<render::LitTriangle> tooth_;  // triangles of the working tooth as it was in the first frame
+  bool tooth_known_ = false;                // true after the first frame, when `tooth_` is filled
   // Light that bodies exchange, and the lamps for which it was computed. Used only in scenes with a mouth.
   std::optional<render::LightScene> light_scene_;
   render::Lights lit_by_;

@@ -1,4 +1,5 @@
-// Lowers the quality while frames take too long, and raises it when there is enough time. Drawing thread.
+// Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time.
+// Drawing thread.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +15,8 @@ class QualityLadder {
   /// little less than 1/30 s, so that 30 frames per second are reached. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Parameters for software rendering. It starts at a level that a CPU can draw. A level takes up to twice as long as
-  /// the level below it, so the quality is raised only if a frame leaves enough time.
+  /// Makes a ladder for software rendering. It starts at a quality that a CPU can draw. The next better quality takes
+  /// up to twice as long, so the quality is raised only if a frame leaves enough time for it.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
   int place() const { return static_cast<int>(step_); }  // number of the present level; 0 is the best
@@ -40,7 +41,7 @@ class QualityLadder {
  private:
   static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       /// number of frames; kMostPatience: limit of the wait before the quality is raised
+                       /// number of frames: largest wait before the quality is raised
       kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {
@@ -53,7 +54,8 @@ class QualityLadder {
     return true;
   }
 
-  double slow_, quick_;  // s, times of a frame at which the quality is lowered and raised
+  /// s, the quality is lowered if a frame takes longer than slow_, and raised if it takes less than quick_
+  double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
   bool tried_ = false;  // true: the last change of the level raised the quality

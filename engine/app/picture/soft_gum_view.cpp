@@ -10,9 +10,9 @@ namespace typodont {
 
 namespace {
 
-// ratio: radius in which a point of the gum moves the vertices, to the distance between two points
+// ratio to the distance between two points of the gum: radius in which a point moves vertices
 constexpr double kReach = 1.7;
-constexpr float kEdge = 0.3e-3f;    // m, limit of the length of a triangle's edge where the gum can move
+constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
 constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
 constexpr double kGrowth = 30e-6;   // m, a wet patch is drawn again after its radius has grown by this length
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch, 0..1
@@ -117,7 +117,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
       break;
     }
   }
-  // Interpolates the displacements of the points with Shepard's method, with the weights (1 - (r / reach)²)².
+  // Shepard's method interpolates the displacements of the points, with the weights (1 - (r / reach)²)².
   glm::vec3 low(1e9f), high(-1e9f);
   const auto brick = static_cast<std::uint32_t>(bricks_.size());
   for (const render::Vertex& vertex : rest.mesh.vertices) {
@@ -200,7 +200,7 @@ float SoftGumView::blood_at(const dvec3& p_W) const {
   for (const Wound& wound : wounds_) {
     if (!(wound.drawn > 0)) continue;
     const dvec3 off = p_W - wound.place.p_W;
-    const dvec3 wave = 1600.0 * off;  // 1600 1/m; this gives the rim lobes of some millimetres
+    const dvec3 wave = 1600.0 * off;  // the factor 1600 1/m gives the rim lobes of some millimetres
     const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
                          0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
     const double rim = wound.drawn * (1 + 0.05 * lobes);

@@ -32,7 +32,7 @@ class SoftGumView {
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
   /// Applies all changes of the soft tissue since the last call. Used by programs with one thread.
   void take(haptics::SoftTissue& tissue);
-  /// Returns to the state of an untouched gum.
+  /// Restores the state of an undamaged and undeformed gum.
   void reset();
   /// Computes the bricks that have changed. `t`: time in the session, ns.
   void follow(Nanos t);
@@ -42,7 +42,7 @@ class SoftGumView {
   std::uint64_t version() const { return version_; }
 
  private:
-  /// Influence of a point of the gum on the position of a vertex.
+  /// The influence of one point of the gum on one vertex.
   struct Influence {
     std::uint32_t point = 0;
     float part = 0;      // weight of the point, 0..1
@@ -53,7 +53,8 @@ class SoftGumView {
     const render::MeshUpdate* whole = nullptr;  // the same brick in the surroundings, with larger triangles
     dvec3 origin{0};                            // m, frame W, origin of the vertices
     render::MeshUpdate mesh;
-    std::vector<std::uint32_t> first;  // index of the first influence of each vertex; one more entry marks the end
+    /// for each vertex, the index of its first influence; one more entry at the end marks the end of the last vertex
+    std::vector<std::uint32_t> first;
     std::vector<Influence> influences;
     dvec3 middle{0};
     double radius = 0;  // m, radius of a ball around `middle` that contains the brick

@@ -51,7 +51,7 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   std::vector<render::MeshUpdate> updates = mesh_of_field(
       first, last, h, 0.15f,
       [&](const dvec3& p) {
-        double fraction = 0;  // fraction of this tissue among 27 samples, with binomial weights
+        double fraction = 0;  // fraction of this tissue in 27 neighbouring samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
@@ -75,7 +75,7 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
       [&](const dvec3& p) {
         const double whole = field.distance(p);
         if (whole > h) return whole;
-        double fraction = 0;  // fraction of the remaining tissue among 27 samples, with binomial weights
+        double fraction = 0;  // fraction of the remaining tissue in 27 neighbouring samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)

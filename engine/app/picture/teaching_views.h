@@ -18,7 +18,8 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 /// Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
-/// Makes the surface of the tissue without some tissues. `hidden`: the tissues to leave out, as bits (1 << tissue).
+/// Makes the surface of the tissue that remains if some tissues are hidden. `hidden`: these tissues as bits (1 <<
+/// tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
 /// Sets `difference` of every vertex to its distance from the ideal surface: positive outside (tissue must still be

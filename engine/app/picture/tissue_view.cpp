@@ -68,15 +68,15 @@ namespace {
 
 // voxels, limit of the depth below a vertex in which the program searches for another tissue
 constexpr int kSearchDepth = 14;
-// Voxels. A vertex belongs to a cut if the natural (uncut) tissue reached at least this far outside the present
-// surface. A shallower cut is not recognised. With a larger value, a natural fissure would be mistaken for a cut,
-// because its opposite wall is near.
+// Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
+// cuts are not recognised. With a larger value, natural fissures would count as cuts, because their opposite wall is
+// near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     32;  // number of bricks per update; they take some milliseconds, so that new patches for the servo are not delayed
 
-/// Depth in m to which one sees through a tissue. The colours of dentin and caries are visible through enamel, and the
-/// colour of pulp through thin dentin.
+/// Depth to which light shows what lies inside a tissue, m. The colours of dentin and caries are visible through
+/// enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -100,9 +100,9 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two probes along the path; a gap in the tissue is usually wider
+  // voxels, distance between two test points along the path into the tissue; a gap in the tissue is usually wider
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance of the probes from the path
+  constexpr float kBeside = 2;  // voxels, distance of further test points from this path
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -113,11 +113,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
     const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
     const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
-    // At the edge of a thick body, single probes may lie outside its side. So a gap counts only if all probes around
-    // the path are empty.
+    // At the edge of a thick body, the path can leave the body through its side. This is no gap: a gap counts only if
+    // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // The probes are rotated relative to the voxel grid, so that one of the four lies in each quadrant.
+      // The four test points are rotated relative to the voxel grid, so that one lies in each quadrant.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
@@ -153,7 +153,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // If there is only one tissue, no other tissue is visible through it, and there is no boundary.
+  // With a single tissue, nothing else is visible through the surface, and there is no boundary to draw.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
@@ -162,7 +162,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       // smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // weights exp(−0.6 r²), as one factor per axis
+      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -202,8 +202,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // If caries begins one or two voxels below the vertex, it is the edge of a lesion at the surface, which is drawn
-      // there anyway. Only deeper caries is a lesion below the surface.
+      // Caries that begins one or two voxels below the vertex belongs to the edge of a lesion at the surface, which is
+      // drawn there anyway. Only deeper caries is drawn as a lesion below the surface.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

@@ -39,14 +39,15 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: the scene's setting for
-  /// drawing tissues as other tissues.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: tissues that are drawn like
+  /// others.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
   /// Returns all bricks in the first call, and later the bricks that have changed since the last call. Positions are in
   /// m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Does the same for the tissue of a carver. If the tissue is a mesh, its own triangles are used.
+  /// Returns the bricks as update() above does, for the tissue of a carver. If this tissue is a mesh, its own triangles
+  /// are used.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
   /// Sets another tolerance. Each later call of update() meshes some of the existing bricks again.
@@ -60,12 +61,12 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Sets Vertex::cut (the vertex lies in a cut) and Vertex::thin (the tissue below it is thin).
+  /// Computes Vertex::cut (the part of the surface that was cut) and Vertex::thin (how thin the tissue below it is).
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
   LabelBlocks labels_;  // tissue labels around the bricks of the present update
-  SolidBlocks solid_;   // samples in tissue, around the bricks of the present update
+  SolidBlocks solid_;   // for each sample around the bricks of the present update: is it in tissue?
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;

@@ -58,7 +58,8 @@ struct PlanFindings {
 /// A rectangle in the tissue. A picture shows the section of the tissue in this rectangle.
 struct SectionPlane {
   dvec3 center_W{0};
-  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};  // unit vectors, perpendicular to each other
+  /// unit vectors to the right and up in the picture, frame W; perpendicular to each other
+  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
   double width = 0, height = 0;           // m, size of the rectangle
   /// `fraction`: position as fractions of width and height from the top left corner
   dvec3 at(const dvec2& fraction) const {

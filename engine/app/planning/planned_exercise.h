@@ -1,5 +1,5 @@
-// Writes an implant exercise from a plan. It is a scene with the tissue around the implant, and with the instruments
-// and steps of the procedure.
+// Writes an implant exercise from a plan. The exercise is a scene with the tissue around the implant, and with the
+// instruments and steps of the procedure.
 #pragma once
 
 #include <filesystem>

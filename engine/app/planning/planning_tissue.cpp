@@ -16,7 +16,7 @@ namespace {
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
 constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
 constexpr double kSection = 2e-3;        // m, length of a section along a canal
-// Ratio to the size of the median section. A section below this threshold is not used.
+// ratio to the size of the median section; smaller sections are not used
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
@@ -140,8 +140,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // The first and the last section are cut obliquely, so their centres do not lie on the canal's axis and are not
-        // used.
+        // The canal's end sections are cut obliquely. Their centres do not lie on the axis, so they are not used.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];

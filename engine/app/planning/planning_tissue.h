@@ -40,7 +40,7 @@ class PlanningTissue {
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Index of the sample that is nearest to the position. If the position lies outside, the number of samples.
+  /// Index of the sample that is nearest to the position. Outside the tissue's box, it is the number of samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *

@@ -20,7 +20,8 @@ namespace typodont {
 
 struct ScanRegistration {
   calibration::RegistrationResult start;  // registration by the picked points
-  calibration::SurfaceRegistration fine;  // registration by the surfaces; its X_DS is X_CS here
+  /// registration by the surfaces; its result X_DS is the pose X_CS of the scan in frame C
+  calibration::SurfaceRegistration fine;
 };
 
 /// Registers a scan. A first pose comes from pairs of equal points (m), the final pose from the surfaces of the teeth.
@@ -68,8 +69,8 @@ class ScanFusion {
   std::shared_ptr<const haptics::DenseTissue> ct_;
   std::string name_;
   haptics::IntraoralScan scan_;
-  haptics::TissueMesh scan_mesh_;  // in frame S
-  haptics::TissueMesh ct_mesh_;    // in frame C
+  haptics::TissueMesh scan_mesh_;  // mesh of the scan, in frame S
+  haptics::TissueMesh ct_mesh_;    // mesh of the CT's surface, in frame C
   std::vector<glm::vec3> ct_colors_;
   std::array<SurfacePicture, 2> views_;
   std::array<std::vector<dvec3>, 2> points_;

@@ -11,7 +11,7 @@ namespace typodont {
 namespace {
 
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
-// ratio: width of a section that shows the whole scan, to the size of the scan
+// ratio: largest width of a section to the size of the scan
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of a section
 // Number of samples of a coarse preview. The labels of a preview of this size are computed in about a second.
