@@ -51,10 +51,11 @@ struct Scene {
   /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
   std::optional<debris::Suction> suction;
   bool suction_on = false;         // true: the suction is on at the start
-  SuctionTip suction_tip;          // suction tip at its initial pose; its opening is 0 if no tip is drawn
+  SuctionTip suction_tip;          // suction tip at its initial pose; its opening is 0 if none is drawn
   std::optional<Nozzles> spray;    // the handpiece's water; empty: the scene has no water and no film
   bool spray_on = false;           // true: the spray is on at the start
-  bool sound_lower_order = false;  // true: the order of sound models may be reduced as far as no sound is lost
+  /// true: sound models may be reduced to the lowest order that loses no part of the sound
+  bool sound_lower_order = false;
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -97,7 +98,7 @@ std::string_view model_name(const Scene& scene);
 /// True if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// Names of the scene's tools, in order.
+/// Names of the scene's tools, in the order of the scene.
 std::vector<std::string> tool_names(const Scene& scene);
 
 /// Loads a tool from assets/tools/ or a motor from assets/motors/ by its name. Throws Error that lists the available

@@ -23,16 +23,16 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// Opens the sound output. `address`: see docs/interface.md. The synthesizer's model (voice) is the file in
-  /// assets/sounds/ with the name of the scene's motor; for an ideal motor it depends on the speed. `live`: true stops
-  /// the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the tool as the
-  /// source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
+  /// Opens the sound output. `address`: see docs/interface.md. The synthesizer's model comes from the file in
+  /// assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`: true
+  /// stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the tool as
+  /// the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural = false);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Gives a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
+  /// Passes a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
   /// Sets the pose of the listener's head: the midpoint between the eyes in m, and the unit vector from the left to the
   /// right eye. Called by the thread that knows the pose. Wait-free. Used only for binaural sound. Before the first
@@ -42,10 +42,10 @@ class SoundLink {
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is switched on; it flows
   /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Both are heard from the next block on. Any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Continues the sound up to the time t. Application thread; call it at least ten times per second after the
-  /// session's clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The
-  /// sound begins at the first call: a tick at t is heard in the sample at t. A file contains the session from its
-  /// beginning.
+  /// Computes the sound up to the time t. Application thread; call it at least ten times per second after the session's
+  /// clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The sound
+  /// starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session from
+  /// its beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);

@@ -19,7 +19,8 @@ constexpr double kRange = 70;  // dB, level difference between the darkest and t
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
 constexpr double kLetters = 15;                        // pixels, height of the text
 constexpr int kTick = 6;                               // pixels, length of a tick mark on an axis
-constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels, margins of the plot: left and top; right and bottom
+// pixels; kBefore: margins at the left and at the top of the plot; kAfter: at the right and at the bottom
+constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};
 
 /// Colour scale from dark violet over red to light yellow, in even steps of lightness; similar to "inferno" of Smith
 /// and van der Walt (2015).

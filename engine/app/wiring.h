@@ -24,7 +24,7 @@
 
 namespace typodont {
 
-/// A list of changed bricks. The carver meshes the bricks. The renderer uploads them and deletes the list.
+/// A list of changed bricks. The carver meshes the bricks; the renderer uploads them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain
@@ -75,8 +75,7 @@ struct BrushMove {
   bool begins = false;  // true: this part begins a new stroke
 };
 
-/// An undo or redo of a stroke. The recording stores its position between the cuts and the patches, so that a replay is
-/// exact.
+/// An undo or redo of a stroke. Its position among the cuts and patches is recorded, so that a replay is exact.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
@@ -155,8 +154,8 @@ struct Wiring {
   Ring<ServoTick> ticks_to_score{1 << 14};
   // From the recorder thread to the user interface
   Latest<RecordState> record_to_render;
-  // From the headset's thread, which then draws the pictures. The first goes to the servo thread (used if the hand is a
-  // controller), the second to the recorder thread.
+  // From the headset's thread, which draws the pictures if there is a headset: the controller's samples to the servo
+  // thread (used if the controller is the hand), and the frames' times to the recorder thread.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // From the drawing thread to the recorder thread

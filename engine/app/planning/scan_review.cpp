@@ -13,8 +13,8 @@ namespace {
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
 // ratio: largest width of a section to the size of the scan
 constexpr double kMargin = 1.06;
-constexpr double kSmallestWidth = 10e-3;  // m, smallest width of a section
-// Number of samples of a coarse preview. The labels of a preview of this size are computed in about a second.
+constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
+// Number of samples of a coarse preview. So many labels can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
 constexpr double kCoarseBand = 2;               // voxels, width of the band of distances that a preview needs
 constexpr double kTooth = 30e-3;                // m, threshold: a longer scan shows a jaw, not a single tooth
@@ -180,7 +180,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // a step without corrections has replaced the tissue; it is removed
+  // removes the steps that replaced the tissue; they contain no corrections that could be applied again
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }

@@ -28,7 +28,7 @@ enum class LabelDetail { kNone, kCoarse, kFull };
 /// A request for labels. The caller computes them with ScanVolume::import(options).
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // number of the change of region or preset to which the labels belong
+  std::uint64_t revision = 0;  // state of region and preset to which the labels belong; see revision_
   haptics::ImportOptions options;
 };
 
@@ -40,7 +40,7 @@ class ScanReview {
 
   // Functions for the shown sections. The crosshair is the point through which all three sections pass.
   const dvec3& crosshair() const { return crosshair_; }
-  /// moves the crosshair to the point; from outside the scan, to the nearest point inside
+  /// Moves the crosshair to the point. If the point is outside the scan, moves it to the nearest point inside.
   void look_at(const dvec3& p_F);
   /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
@@ -56,10 +56,10 @@ class ScanReview {
 
   // Functions for the region of the scan that will be imported.
   const haptics::ImportRegion& region() const { return region_; }
-  /// limits the region to the scan, and to a size of at least 3 mm
+  /// Sets the region. It is limited to the scan, and is at least 3 mm wide.
   void set_region(const haptics::ImportRegion& region);
-  /// Finds the faces of the region's box whose edges in this section are within `reach` (m) of the point. Returns for
-  /// each axis −1 for the lower face, +1 for the upper face, 0 for none.
+  /// Finds the faces of the region's box that can be dragged in this section: their edges are within `reach` (m) of the
+  /// point. Returns for each axis −1 for the lower face, +1 for the upper face, 0 for none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
   /// Set to true while the user drags a face of the region. During this time, only coarse labels are requested.
@@ -85,7 +85,7 @@ class ScanReview {
   /// The labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
   const PerTissue& volumes() const { return volumes_; }  // m³, volume of each tissue
-  /// Options with which the region is imported with full labels.
+  /// Options for importing the region with full labels.
   haptics::ImportOptions options() const;
 
   // Functions for corrections. A correction requires full labels of the present region.
@@ -124,13 +124,13 @@ class ScanReview {
   haptics::ImportRegion region_;
   haptics::ImportPreset preset_ = haptics::ImportPreset::kTooth;
   bool dragging_ = false, full_wanted_ = false;
-  std::uint64_t revision_ = 1;  // number of changes of region or preset
+  std::uint64_t revision_ = 1;  // number that increases whenever the region or the preset changes
   LabelDetail detail_ = LabelDetail::kNone, given_up_ = LabelDetail::kNone;
   std::uint64_t labels_revision_ = 0;
   haptics::Imported labels_;
   PerTissue volumes_{};
   std::vector<Step> steps_;
-  std::size_t done_ = 0;  // number of correction steps in effect; the steps after them were undone
+  std::size_t done_ = 0;  // number of correction steps that were not undone
   std::uint64_t changes_ = 0;
 };
 

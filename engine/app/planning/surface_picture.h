@@ -29,7 +29,7 @@ class SurfacePicture {
   void look_like(const SurfacePicture& other);
   /// Turns the view as if the user dragged the surface. `by`: motion as fractions of the picture's width and height.
   void turn(const dvec2& by);
-  void zoom(double factor);  // with a factor above 1, the surface appears larger
+  void zoom(double factor);  // zooms; with a factor above 1, the surface appears larger
 
   /// Draws a square picture of the surface. After that, at() refers to this picture.
   render::Picture draw(int pixels);
@@ -49,7 +49,7 @@ class SurfacePicture {
   double extent_ = 1;  // m, width of the region that the picture shows
   dvec3 right_{1, 0, 0}, up_{0, 0, 1}, look_{0, 1, 0};
   int pixels_ = 0;
-  std::vector<float> depth_;  // depth of each pixel in the last picture: m along look_, from the centre
+  std::vector<float> depth_;  // m, for each pixel of the last picture: depth along look_, measured from the centre
   dvec3 drawn_right_{1, 0, 0}, drawn_up_{0, 0, 1}, drawn_look_{0, 1, 0};
   double drawn_extent_ = 1;
 };

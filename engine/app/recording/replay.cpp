@@ -27,8 +27,8 @@ namespace typodont {
 
 namespace {
 
-/// Path of a file that a recording names. The recording may come from another computer. Then the path of its assets is
-/// replaced by the path of this computer's assets.
+/// Path of a file that a recording names. If the recording comes from another computer, the path of that computer's
+/// assets is replaced by the path of this computer's assets.
 std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
   std::filesystem::path shipped;
   bool in_assets = false;
@@ -72,7 +72,7 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive, so the carver
+/// Applies the next cut. The numbers of recorded cuts are not consecutive after a gap in the recording, so the carver
 /// assigns new numbers.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;

@@ -28,7 +28,7 @@ struct ReplayResult {
   std::uint64_t ticks_with_faults = 0;
   std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
-  std::string what_differs;  // description of the first difference; empty if identical
+  std::string what_differs;  // describes the first difference; empty if there is none
 };
 
 /// Replays a session and compares it with its recording. Throws Error if the file is not a session, or if its tissue is
@@ -61,7 +61,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// the tissue is missing or has changed, or if this number is too large.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
-/// Returns the carver of a recorded session at time t. Its tissue is `start` after all cuts and edits up to t.
+/// Makes the carver that a recorded session had at time t: the tissue `start` after all cuts and edits up to t.
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t);
 /// Returns the tissue at time t of a session (or at its end), computed from the initial tissue `start` and the recorded
@@ -71,8 +71,8 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
                                     haptics::TissueVolume start);
 
-/// Index of the last tick at or before the time t. If all ticks are later, index of the first tick. The session must
-/// contain ticks.
+/// Index of the last tick at or before the time t; if all ticks are later, of the first tick. The session must contain
+/// ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 

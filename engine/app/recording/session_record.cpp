@@ -27,7 +27,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   std::error_code code;
   if (std::filesystem::exists(scene_file, code)) {
     header.files.push_back(session::describe_file(scene_file));
-  } else {  // the scene was passed as text by another program, so there is no file
+  } else {  // a program has passed the scene as text, so there is no scene file
     Fnv1a hash;
     hash.bytes(scene.text.data(), scene.text.size());
     header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});

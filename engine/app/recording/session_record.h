@@ -24,22 +24,23 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// The stream that contains the pose and the pedal of the second hand, with times of the session's clock.
+/// Describes the stream with pose and pedal of the second hand. Its times are those of the session's clock.
 session::StreamSpec left_hand_stream();
 
-/// The stream that contains the position of the eyes in front of a screen, and the view. It has one row per change.
+/// Describes the stream with the position of the eyes in front of a screen, and with the view. It has one row per
+/// change.
 session::StreamSpec head_stream();
-/// The stream that contains the state of the handpiece's water and of the suction (0 or 1). It has one row per change.
+/// Describes the stream with the state (0 or 1) of the handpiece's water and of the suction. It has one row per change.
 session::StreamSpec water_stream();
 /// Returns the name of a view: "look" (normal), "section", "xray" or "difference".
 std::string_view view_name(render::View view) noexcept;
-/// The stream that contains the frames on a screen. It has one row per frame.
+/// Describes the stream with the frames on a screen. It has one row per frame.
 session::StreamSpec picture_stream();
 std::vector<double> picture_stream_row(const PictureTiming& timing);
-/// The stream that contains the frames in a headset. It has one row per frame.
+/// Describes the stream with the frames in a headset. It has one row per frame.
 session::StreamSpec xr_stream();
 std::vector<double> xr_stream_row(const display::HmdTiming& timing);
-/// The stream that contains the input of the sound synthesizer, with a hundred rows per second.
+/// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
 session::StreamSpec sound_stream();
 
 /// Finds events in the ticks and writes them: a change of the tool, the start of a fault, and the input of the sound.

@@ -177,7 +177,7 @@ class Side {
       const dvec3 away = glm::normalize(player_.tick().X_WG.p - stage_->rig().head.eye_center), up(0, 0, 1);
       const dvec3 level = away - up * glm::dot(away, up);
       const dvec3 n = glm::length(level) > 0.2 ? glm::normalize(level) : dvec3(0, 1, 0);
-      if (inside_cuts_ == ~std::uint64_t{0}) {  // The section plane is fixed. It passes through the middle of the work.
+      if (inside_cuts_ == ~std::uint64_t{0}) {  // the section plane is fixed and passes through the middle of the work
         dvec3 middle(0);
         for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
         const auto count = static_cast<double>(player_.session().cuts().size());

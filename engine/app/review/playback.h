@@ -17,12 +17,12 @@ struct PlaybackOptions {
   std::filesystem::path session;
   std::filesystem::path beside;  // a second session that is shown at the right; empty if there is none
   std::string rig;  // rig file, or the name of a rig in assets/rigs; empty: "window", or "closeup" for a film
-  std::optional<dvec3> eye_W;   // m, midpoint between the eyes; empty: the rig's value
+  std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig's value
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's value
-  double magnify = 0;           // ratio of magnification; 0: the rig's value
+  double magnify = 0;           // magnification of the picture; 0: the rig's value
   double from = -1, to = 1e18;  // s, range of the recording that is played
   double speed = 1;             // ratio to the recorded speed; negative: backwards
-  /// number of times that a film repeats the range; in a window, 0 plays it once, any other value repeats it for ever
+  /// number of times that a film plays the range; in a window, 0 plays it once and any other value repeats it for ever
   int loops = 1;
   double fps = 30;
   std::string view = "look";   // name of the view: look (normal), section, xray or difference

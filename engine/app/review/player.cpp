@@ -31,8 +31,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // The clocks of two threads may differ. So times are increased where necessary to keep the recorded order of the
-  // changes.
+  // Makes the times increase, because the clocks of two threads may differ. The recorded order of the changes is kept.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -47,7 +46,7 @@ const session::StreamData* SessionPlayer::stream(std::string_view name) const {
 
 namespace {
 
-/// Index of the last row at or before the time t. If all rows are later, index of the first row.
+/// Index of the last row at or before the time t; if all rows are later, of the first row.
 std::size_t row_at(const session::StreamData& data, Nanos t) {
   const auto after = std::upper_bound(data.t.begin(), data.t.end(), t);
   return after == data.t.begin() ? 0 : static_cast<std::size_t>(after - data.t.begin()) - 1;
@@ -108,7 +107,7 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // If playback begins in the middle, the first cut does not have the number 1. So the carver assigns new numbers.
+      // The first cut that is played may have any number. So the carver assigns new numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -134,8 +133,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the number of strokes is different, the stroke has changed nothing and was discarded, so there is nothing to
-      // undo.
+      // Another number of strokes means that the last stroke changed nothing and was discarded; then there is nothing
+      // to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -33,8 +33,8 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to the time t, s. To move forward, it applies the cuts in between. To move backward, it undoes the strokes
-  /// after t, and repeats the part of the last one that lies before t.
+  /// Moves to the time t, s. A move forward applies the cuts in between. A move backward undoes all strokes that end
+  /// after t, and repeats the part of the earliest of them that lies before t.
   void seek(double t);
   /// The last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
@@ -60,7 +60,7 @@ class SessionPlayer {
   /// Data that is needed to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // index of the stroke's first change in deeds_
+    std::size_t first;  // index in deeds_ of the first change that this entry reverts
     std::size_t strokes;  // number of strokes before the change
     bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
   };
@@ -90,8 +90,8 @@ class SessionPlayer {
 
 /// State of the playback: position, speed, loop. It does not read a clock.
 struct PlayClock {
-  double begin = 0, end = 1;  // s, range that can be played
-  double from = 0, to = 1;    // s, range that is repeated
+  double begin = 0, end = 1;  // s, range of times that can be played
+  double from = 0, to = 1;    // s, range of times that is repeated in a loop
   double at = 0;              // s, present position
   double speed = 1;           // ratio to the recorded speed; negative: backwards
   bool paused = false, loop = false;

@@ -20,7 +20,7 @@ constexpr float kTolerance = 0.3f;  // voxels, limit of the distance between the
 // limit of the number of label samples per side; they add some hundred kilobytes to a page
 constexpr int kMostLabels = 200;
 
-/// Copies the label of every n-th voxel. n is chosen so that there are at most kMostLabels samples per side.
+/// Copies the label of every n-th voxel. n is so large that there are at most kMostLabels samples per side.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
@@ -34,8 +34,8 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Limit of the number of triangles if the tissue is a mesh; that many triangles add some ten megabytes to a page. If
-/// there are more, the page shows the surface of the distance field.
+/// Limit of the number of triangles that are copied from a tissue mesh; so many triangles add some ten megabytes to a
+/// page. A larger mesh is shown by the surface of its distance field.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false those of the distance

@@ -13,15 +13,15 @@ namespace typodont {
 
 class Progress;
 
-/// Computes the data of the report that the session file does not contain. If the tissue is not available, the report
-/// contains only the volumes from the file, and a message.
+/// Computes the data of the report that is not in the session file. If the tissue is not available, the report contains
+/// only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
 /// Makes the final surface and its distance from the task's ideal for a session without a recording. Throws Error if
 /// the scene's tissue or its ideal cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
-/// Computes the same score as report_of(), but no pictures.
+/// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
 /// Does the same as summary_of() above, but with the score rules of `scene` (see evaluate_session). Throws Error if the
 /// scene's tissue or its ideal cannot be built.

@@ -258,7 +258,7 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// Reads a reader's data after the handshake. They contain only control frames.
+/// Reads the data that a reader sends after the handshake. It contains only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
   constexpr int kMostReads = 16;  // limit of the number of reads per call, because a reader may send data without pause

@@ -8,16 +8,17 @@
 
 namespace typodont {
 
-/// Distance (m) to a solid that consists of the sheet and everything below it. `teeth`, `own`: m, distances to the
-/// other teeth and to the working tooth; `gap`: m, distance of the hole's edge from the working tooth.
+/// Distance (m) to a solid that consists of the rubber dam's sheet and everything below it. `teeth`, `own`: m,
+/// distances to the other teeth and to the working tooth; `gap`: m, distance between the hole's edge and the working
+/// tooth.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
-/// A clamp: two jaws at the neck of the tooth, buccal and lingual, and a bow around its distal side. Frame of the row,
-/// m.
+/// The clamp of a rubber dam: two jaws at the neck of the tooth, buccal and lingual, and a bow around its distal side.
+/// Positions are in the frame of the row, m.
 class DamClamp {
  public:
-  /// `middle`: middle of the working tooth; `edge`: height of the gum's edge; `half_width`: half the width of the
-  /// tooth at this height.
+  /// `middle`: m, middle of the working tooth; `edge`: m, height of the gum's edge; `half_width`: m, half the width of
+  /// the tooth at this height.
   DamClamp(const dvec3& middle, double edge, double half_width);
   double distance(const dvec3& p_row) const;
   dvec3 low() const { return low_; }

@@ -9,7 +9,7 @@ namespace typodont {
 
 class Jaw {
  public:
-  /// A point in arch coordinates, m.
+  /// A point in the coordinates of the arch, m.
   struct Place {
     /// m, position along the curve of the teeth, and distance from the curve; see ArchCurve::Place
     double along, beside;

@@ -17,7 +17,7 @@ namespace typodont {
 /// A neighbouring tooth. It is a copy of the working tooth, mirrored at the point of contact. Lengths in m, frame W.
 struct NeighbourTooth {
   dvec3 contact{0, 0, 0};  // point of contact; the mirror plane passes through it and is perpendicular to the arch
-  dvec3 scale{1, 1, 1};    // scale factors per axis, about the point of contact
+  dvec3 scale{1, 1, 1};    // scale factors along the axes of frame W, about the point of contact
   double turn = 0;         // rad, rotation about an axis through the point of contact, parallel to the crown's axis
 };
 

@@ -27,7 +27,7 @@ struct RowTooth {
 class ArchCurve {
  public:
   struct Place {
-    double along = 0;   // m, arc length from the first point of the curve
+    double along = 0;   // m, position along the curve, from its first point
     double beside = 0;  // m, distance from the curve; positive on the buccal side
   };
   ArchCurve() = default;

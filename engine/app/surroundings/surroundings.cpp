@@ -61,7 +61,7 @@ struct Box {
   }
 };
 
-/// A neighbouring tooth as a mirrored copy of the working tooth. Converts points between the two teeth.
+/// Converts points between a neighbouring tooth and the working tooth, of which the neighbour is a mirrored copy.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -205,8 +205,7 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The root of a neighbour is cut off at its end, where the pulp would be visible in a section. So the end has the
-    // colour of dentin.
+    // The root of a neighbour is cut off. In a section the cut end would show the pulp, so it has the colour of dentin.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -296,13 +295,14 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      update.brick |= body << 60;  // makes the brick numbers of different bodies different
+      // adds the number of the body, so that bricks of different bodies have different numbers
+      update.brick |= body << 60;
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // The drawn surface of a neighbour ends shortly below the gum's edge, where it is hidden. In a section, however, the
-  // root inside the gum is visible.
+  // The drawn surface of a neighbour ends shortly below the gum's edge, because the gum hides the root. In a section
+  // the root is visible, so this function includes it.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))

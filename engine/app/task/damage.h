@@ -1,7 +1,7 @@
-// Measures the damage that a bur does to the neighbouring teeth and the gum. They are not part of the haptic field, so
-// the damage is computed from the ticks alone: the rotating head of the drawn tool is swept through the distance fields
-// of the surroundings. So a recording gives the same result. Without surroundings, this takes no time. Far from them, a
-// tick takes two distance queries.
+// Measures the damage that a bur does to the neighbouring teeth and the gum. They are not part of the haptic field. So
+// the damage is computed from the ticks: the rotating head of the drawn tool is moved through the distance fields of
+// the surroundings. A recording gives the same result. Without surroundings, this takes no time; far from them, a tick
+// takes two distance queries.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,7 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. It must receive every tick, in order; the number of ticks per call is arbitrary.
-/// One thread.
+/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. One thread.
 class DamageMeter {
  public:
   /// `tools`: the tools of the session; ServoTick::tool is an index in this list.

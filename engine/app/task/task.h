@@ -27,7 +27,7 @@ class TaskEvaluator {
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Evaluates the shape of `after`: adds the measured values to `input`, and returns the compared tissues (empty for
+  /// Compares `after` with the ideal. Adds the measured values to `input`, and returns the compared tissues (empty for
   /// an exploration task). Takes about a second for a tooth.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
   /// Copies initial, final and ideal tissue to a common voxel grid. The grid covers the region that was changed or
@@ -43,7 +43,7 @@ class TaskEvaluator {
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
 };
 
-/// Data about the hand after a session. Together with the tissue, the data determines the score. A recording is not
+/// Data about the hand after a session. The score is computed from these data and the tissue. A recording is not
 /// needed.
 struct FinishedHand {
   session::ScoreInput input;  // measured values of the hand, and the damage

@@ -17,7 +17,7 @@ namespace typodont {
 
 namespace {
 
-// m, below the shell, the grey value changes over this width from cortical to cancellous bone
+// m, width of the zone below the shell in which the grey value changes from cortical to cancellous bone
 constexpr double kEndosteum = 0.5e-3;
 // m, length over which grey values vary; it equals several distances between trabeculae
 constexpr double kGrain = 1.2e-3;
@@ -55,7 +55,7 @@ struct Bone {
   Pose X_MW;           // transformation from frame W of the scene to frame M of the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // ratio: variation of the grey value in cancellous bone to its mean
+  double variation = 0;  // ratio: largest variation of the grey value in cancellous bone to its mean
   std::uint64_t seed = 1;
   double canal_wall = 0;  // m, thickness of the cortical bone around the nerve canal
   NerveCanal canal;
@@ -178,8 +178,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // The mesh distance at two points differs by at most the distance between the points. So a block whose centre is far
-  // outside needs no further distances.
+  // Blocks of voxels that are far outside the jaw are skipped. This is possible because the distances at two points
+  // differ by at most the distance between the points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {

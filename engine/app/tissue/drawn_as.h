@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// For each tissue, the tissue as which it is drawn. By default, each tissue is drawn as itself.
+/// States for each tissue as which tissue it is drawn. By default, each tissue is drawn as itself.
 class DrawnAs {
  public:
   DrawnAs() {

@@ -22,7 +22,7 @@ struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // ratio to the tissue's own stiffness; below 1: softer
+  double stiffness_factor = 1;  // factor by which the tissue's own stiffness is multiplied; below 1: softer
   double hardness = 1;          // 0..1, hardness of the painted tissue (see haptics/hardness.h)
 };
 
@@ -32,8 +32,8 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 /// Applies the strokes in order, so a later stroke covers an earlier one. Returns false if no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// Ratio to a tissue's own stiffness, equal everywhere in the volume. It is the mean of the strokes' factors, weighted
-/// by their volumes. 1 if no stroke painted the tissue.
+/// Factor by which a tissue's own stiffness is multiplied in the whole volume. It is the mean of the strokes' factors,
+/// weighted by the strokes' volumes. 1 if no stroke painted the tissue.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

@@ -100,8 +100,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Computes the key of a tissue in the cache. Empty if a file cannot be read; the error is then reported by the
-/// sampling.
+/// Computes the key of a tissue in the cache. Empty if a file cannot be read; sampling will report this error.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);

@@ -66,8 +66,8 @@ class StrokeHistory {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// Returns the entry of the present stroke. Entries of undone strokes are removed, because they cannot be redone any
-  /// more.
+  /// Returns the entry of the present stroke. Entries of undone strokes are removed, because a new stroke makes redo
+  /// impossible.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();
