@@ -38,7 +38,7 @@ namespace {
 constexpr double kRate = 1000;  // Hz, rate of the servo
 // s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
 constexpr double kUsualLength = 80;
-constexpr double kDuring = 0.4;  // fraction of the strokes after which the picture "during" is drawn
+constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
 // index of the film's quality level; the best level would take too long for thousands of full-HD frames
 constexpr std::size_t kFilmQuality = 2;
 

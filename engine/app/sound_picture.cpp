@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kRange = 70;  // dB, level difference between the darkest and the brightest colour
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
-constexpr double kLetters = 15;                        // pixels, height of the text
-constexpr int kTick = 6;                               // pixels, length of a tick mark on an axis
+constexpr double kLetters = 15;  // pixels, height of the text
+constexpr int kTick = 6;         // pixels, length of a tick mark on an axis
 // pixels; kBefore: margins at the left and at the top of the plot; kAfter: at the right and at the bottom
 constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};
 

@@ -29,7 +29,8 @@ struct WorkbenchOptions {
   std::string hand;
   /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
   std::string left_hand;
-  std::string pedal;             // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  std::string pedal;
   double rate = 1000;            // Hz, servo rate for hands without a fixed rate
   std::string audio;             // address of the sound output; empty: a sound card if there is one
   bool binaural = false;         // true: two channels of sound for the trainee's ears, with the tool as the source

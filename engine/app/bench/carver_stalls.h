@@ -13,7 +13,7 @@ namespace typodont {
 /// They change the force after the servo has computed it, depending on the tick's fault bits. So the servo's energy
 /// ledger does not include their effect.
 enum class StallLaw {
-  kServo,        // the force that the servo computes, unchanged
+  kServo,  // the force that the servo computes, unchanged
   /// the force falls with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set

@@ -41,7 +41,7 @@ enum class State { kOk, kDegraded, kMissing };
 
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;    // machine-readable name, e.g. "vulkan"
+  std::string id;    // name of the item for other programs, for example "vulkan"
   std::string name;  // name that the report shows
   State state = State::kOk;
   std::string found;      // what the check has found on this machine

@@ -106,7 +106,7 @@ struct ExperimentResult {
   double settled_level = 0, target = 0;
   Estimate chosen;    // fraction of the answers that chose the second model
   double chance = 1;  // probability that a subject who feels no difference gives answers at least as uneven as these
-  Estimate second;    // fraction of the answers "second"
+  Estimate second;    // fraction of the trials in which the subject answered "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);

@@ -36,8 +36,8 @@ double nominal_difference(const Trial& trial);
 struct Felt {
   /// N/m, stiffness: least-squares slope of the force over the depth, along the normal of the first contact
   double stiffness = 0;
-  double force = 0;      // N, largest force during the stimulus
-  double delay = 0;      // s, delay: time from the first contact until the force reaches a tenth of its largest value
+  double force = 0;  // N, largest force during the stimulus
+  double delay = 0;  // s, delay: time from the first contact until the force reaches a tenth of its largest value
 };
 
 /// Presents each stimulus to a scripted hand, with the real servo, as fast as possible. The tool cuts nothing. Stimuli

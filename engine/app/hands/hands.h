@@ -20,8 +20,9 @@ struct HandChoice {
   std::string hand;
   /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
   std::string left_hand;
-  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, rate of the servo if the hand does not fix it
+  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  std::string pedal;
+  double rate = 1000;              // Hz, rate of the servo if the hand does not fix it
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 

@@ -24,7 +24,7 @@ constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for m
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
 // Thresholds: the section follows the drill if the drill has rotated or moved by more than these amounts.
-constexpr double kSectionTurns = 0.02;  // rad, smallest rotation that the section follows
+constexpr double kSectionTurns = 0.02;    // rad, smallest rotation that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
 
 }  // namespace

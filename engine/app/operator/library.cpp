@@ -201,7 +201,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  // the file is damaged or belongs to another version, so the defaults of a first run are used
+    // the file is damaged or belongs to another version, so the defaults of a first run are used
   } catch (const Error&) {
   }
   return r;

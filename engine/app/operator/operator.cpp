@@ -533,7 +533,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  // an error after the window was opened is a failure of the run, not an error of the set-up
+    // an error after the window was opened is a failure of the run, not an error of the set-up
   } catch (const Error& e) {
     throw RunFailure(e.what());
   }

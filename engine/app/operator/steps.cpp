@@ -9,9 +9,11 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTouch = 500'000'000;  // ns, threshold: after this total time in contact, the step "touch" is done
+// ns, threshold: a step with the action "touch" is done after this total time in contact
+constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-constexpr double kMoved = 10 * kMillimetre;  // m, threshold: after a path of this length, the step "move" is done
+// m, threshold: a step with the action "move" is done after a path of this length
+constexpr double kMoved = 10 * kMillimetre;
 // m, threshold of the motion between two ticks; a larger motion is an error of the input, and is ignored
 constexpr double kMost = 20 * kMillimetre;
 

@@ -7,7 +7,7 @@ namespace typodont {
 namespace {
 // threshold: the tooth is meshed again if the ratio between new and old tolerance is larger
 constexpr float kStep = 1.3f;
-}
+}  // namespace
 
 double screen_pixel(const display::DisplayRig& rig) {
   const display::Screen& screen = rig.screen;

@@ -20,9 +20,9 @@ using glm::dvec2;
 
 /// A procedure file. It describes the implant and the phases of its placement (docs/interface.md).
 struct ImplantProcedure {
-  std::string path;         // path as in a scene, e.g. "implants/procedures/bone_level_48_12.json"
-  std::string name;         // name for users, e.g. "bone level 4.8 x 12 mm"
-  double length = 0;        // m, length of the implant
+  std::string path;   // path of the file as a scene states it, for example "implants/procedures/bone_level_48_12.json"
+  std::string name;   // name that users see, for example "bone level 4.8 x 12 mm"
+  double length = 0;  // m, length of the implant
   double diameter = 0;      // m, diameter of the implant's thread
   double bed_diameter = 0;  // m, diameter of the last drill
   double canal_margin = 0;  // m, smallest allowed distance to the nerve canal
@@ -60,7 +60,7 @@ struct SectionPlane {
   dvec3 center_W{0};
   /// unit vectors to the right and up in the picture, frame W; perpendicular to each other
   dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
-  double width = 0, height = 0;           // m, size of the rectangle
+  double width = 0, height = 0;  // m, size of the rectangle
   /// `fraction`: position as fractions of width and height from the top left corner
   dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;

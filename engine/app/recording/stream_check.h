@@ -21,7 +21,7 @@ class StreamCheck {
 
   struct Difference {
     std::uint64_t tick;  // index of the tick
-    std::string what;    // description, for example "force at tick 12"
+    std::string what;    // description of the difference, for example "force at tick 12"
   };
   /// The first difference; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }

@@ -60,7 +60,7 @@ class SessionPlayer {
   /// Data that is needed to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;  // index in deeds_ of the first change that this entry reverts
+    std::size_t first;    // index in deeds_ of the first change that this entry reverts
     std::size_t strokes;  // number of strokes before the change
     bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
   };
