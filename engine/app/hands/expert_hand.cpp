@@ -29,8 +29,7 @@ struct Lead {
   // turning_pace: m/s, speed at which a scraping hand instrument reverses; turning_time: s, time constant of the
   // slowdown before it.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
-  // A cut slows down before its end. Without the slowdown, the hand's lag would carry the tool into tissue that should
-  // stay.
+  // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m; the

@@ -71,7 +71,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // stops and waits for the process in its destructor, however this function ends
+  struct Ended {  // the destructor ends the process, however this function ends
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
