@@ -20,7 +20,7 @@ namespace typodont {
 
 namespace {
 
-/// The distinct values of a member, in the order of their first appearance.
+/// Returns the different values of a member, in the order in which they first occur.
 std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::string ModelFigure::*member) {
   std::vector<std::string> all;
   for (const ModelFigure& f : figures)
@@ -28,8 +28,7 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question about one measure of one motion. `unit`: end of a row's unit, which selects among the rows of this
-/// measure.
+/// A question that the page answers with one measure of one motion. Only rows whose unit ends with `unit` are used.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;
@@ -62,7 +61,8 @@ std::vector<Plot> panels_of(const std::vector<ModelFigure>& figures, const Quest
   std::vector<Plot> panels;
   for (const std::string& tissue : distinct(figures, &ModelFigure::tissue)) {
     Plot plot{tissue, "servo's tick, median, ns", q.y_label, {}};
-    for (const std::string& model : models) plot.of(model);  // gives each model the same colour in every panel
+    // adds all series first, so that a model has the same colour in every panel
+    for (const std::string& model : models) plot.of(model);
     bool any = false;
     for (const ModelFigure& f : figures) {
       if (f.tissue != tissue || !answers(f, q) || !(f.row->error > 0) || !(f.row->time_ns > 0)) continue;
@@ -80,7 +80,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// The value of a row that a table cell shows.
+/// Returns the number of a row that is written into a table cell.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;
@@ -89,8 +89,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// The row that answers a question for a model and a tissue. It has the model's finest setting, which is the last
-/// row. Null: no row does.
+/// Finds the row that answers a question for a model and a tissue. If the model has several resolutions, it is the row
+/// with the finest one, which is the last. Null if there is no such row.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -99,14 +99,14 @@ const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& 
   return row;
 }
 
-/// The distinct tissues for which a question has an answer.
+/// Returns the tissues for which a question has an answer, each once.
 std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
   std::vector<ModelFigure> asked;
   std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
   return distinct(asked, &ModelFigure::tissue);
 }
 
-/// A table with a row per model and a column per tissue; each model has its finest setting.
+/// Makes a table with a row per model and a column per tissue. Each cell shows the model at its finest resolution.
 std::string table_of(const std::vector<ModelFigure>& figures, const Question& q, const CellOf& cell) {
   const std::vector<std::string> tissues = tissues_of(figures, q);
   if (tissues.empty()) return {};
@@ -207,14 +207,14 @@ constexpr Tabled kTabled[] = {
     {{"How long does the set-up take?", "The figure is the CPU time of all threads (s).", "", "set-up", "time", "", ""},
      error_of}};
 
-/// A task in the table of recommendations. The best model has the smallest figure among the models that meet the
-/// tick's time limit and do not let the hand through.
+/// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
+/// the tissue. The best model is the model with the smallest figure among those that do not fail.
 struct Task {
   const char* task;
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // meaning of the number that the table shows
+  const char* figure;  // explains the number that the table shows
 };
 
 const std::vector<Task>& tasks() {
@@ -268,10 +268,10 @@ const std::vector<Task>& tasks() {
   return all;
 }
 
-constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile: half of a period at 1 kHz
+constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
 
-/// Geometric mean over the task's tissues, for each tissue with the finest setting whose tick meets the time limit.
-/// Infinite if the model fails on one of the tissues.
+/// Geometric mean of the figure over the task's tissues. For each tissue, it uses the finest resolution whose tick
+/// meets the time limit. Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {
@@ -294,7 +294,7 @@ struct Ranked {
   std::string model;
   double score = INFINITY;
 };
-/// The models sorted by score, the best one first; models that fail are omitted.
+/// Returns the models sorted by score, the best first. Models that fail are omitted.
 std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
   std::vector<Ranked> all;
   for (const std::string& model : distinct(figures, &ModelFigure::model)) {

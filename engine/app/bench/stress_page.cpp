@@ -19,14 +19,14 @@ namespace {
 struct Name {
   std::string campaign, model, measure;
 };
-/// Splits "campaign, model: measure"; the parts are empty if the name has another form.
+/// Splits the name "campaign, model: measure" of a row. The parts are empty if the name has another form.
 Name name_of(const BenchRow& row) {
   const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
   if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Names of the measures for which a value above the limit means kFell; for all other measures it means kFlawed.
+/// Names of serious measures. A value above the limit means kFell for these measures, and kFlawed for all others.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -56,7 +56,7 @@ constexpr Campaign kCampaigns[] = {
      "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand escapes if no force pushes it back "
      "behind the sheet"}};
 
-/// Known reason why a model does not survive a campaign. It is printed only if the model did not survive.
+/// Known reason why a model does not survive a campaign. The page prints the reason only if the model did not survive.
 struct Cause {
   std::string_view campaign, model, why;
 };
@@ -138,7 +138,7 @@ std::string map_of(const std::vector<SurvivalCell>& cells) {
 
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
   std::vector<SurvivalCell> cells;
-  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell
+  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell of the map
   for (const BenchRow& row : rows) {
     const Name name = name_of(row);
     if (name.model.empty() || !(row.ratio >= 0)) continue;
@@ -153,7 +153,7 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // A fall counts more than any flaw.
+    // Keeps the worse result of a model. kFell is worse than kFlawed. If both are equal, the larger ratio is worse.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =
