@@ -1,4 +1,4 @@
-// The packing method's three passes on a GPU. They compute the same sums in the same order as on the CPU, so the
+// Runs the three passes of the contact model "packing" on a GPU. The sums have the same order as on the CPU, so the
 // results have the same bits.
 #pragma once
 
@@ -13,24 +13,24 @@
 
 namespace typodont::haptics::packing {
 
-/// Smallest number of spheres for which the GPU is tried. With fewer spheres, the CPU finishes before a GPU has
-/// started.
+/// The GPU is used only for at least this number of tissue spheres. With fewer spheres, the CPU finishes before the GPU
+/// has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Servo thread. noexcept; allocates nothing except in the GPU's driver. If a pass fails, ready() is false until the
-/// next load(), and the caller computes on the CPU.
+/// Servo thread. All functions are noexcept and allocate no memory, except in the GPU's driver. If a pass fails,
+/// ready() returns false until the next load(), and the caller computes on the CPU.
 class ComputePasses {
  public:
-  /// `tools`: all tools that will be used.
+  /// `tools`: the sphere models of all tools that will be used.
   ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<const ToolSpheres> tools);
 
   std::string device() const { return passes_->device(); }
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1: finds the first contact of the moving balls.
+  /// Pass 1: finds the first contact between moving spheres of the tool and the tissue.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2: gives the same result as estimate_surface() on the CPU.
+  /// Pass 2: computes the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without removal: computes the energy in J that the head's motion from `from` to `to` costs. `near_to`:
