@@ -1,40 +1,40 @@
-// Constants of contact search and projection, each with its unit and its reason. Lengths are in voxels unless another
-// unit is given, because they depend on the resolution of the field.
+// Constants of the contact search and the projection, each with its unit and its reason. Lengths are in voxels unless
+// another unit is given, because they depend on the resolution of the field.
 #pragma once
 
 namespace typodont::haptics {
 
-/// Conditions under which one cubic query at a ball's centre yields the only contact (ContactFinder::find_by_offset).
+/// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
 struct OffsetQueryParameters {
-  // Voxels, tolerance of the foot point's distance: error of linear interpolation. For a ball with a radius of four
-  // voxels, the error is as large.
+  // Voxels, tolerance of the field at the foot point. It covers the error of linear interpolation, which is this large
+  // for a ball with a radius of four voxels.
   static constexpr double foot_tolerance = 0.05;
-  // Tolerance of the gradient's length, which is 1 near a single wall.
+  // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
-  static constexpr double depth_below = 3;  // voxels, depth of the tissue that must lie under the surface
-  // Voxels, height above the ball's centre up to which no other wall may be nearer.
+  static constexpr double depth_below = 3;  // voxels; the tissue must be at least this deep below the surface
+  // Voxels; up to this height above the ball's centre, no other wall may be nearer.
   static constexpr double height_above = 3.5;
 };
 
-/// Parameters for the position of a ball on one smooth wall (ContactFinder::seat).
+/// Parameters for the direct computation of a ball's position on one smooth wall (ContactFinder::seat).
 struct WallSeatParameters {
-  // Voxels, limit of the hand's depth under the surface on which the ball lies.
+  // Voxels, largest depth of the hand below the surface on which the ball lies.
   static constexpr double hand_depth = 4;
-  static constexpr double aligned = 1e-8;  // voxels², limit of the squared sideways error of the foot point
-  static constexpr int iterations = 6;     // limit of the number of steps along the wall to the foot point
-  // Tolerance of the gradient's length, which is 1 near a single wall.
+  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the foot point
+  static constexpr int iterations = 6;     // upper limit of the steps along the wall to the foot point
+  // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
-  // Tolerance of the gradient's length where no other wall is near.
+  // Stricter tolerance of the gradient's length; within it, no other wall is near.
   static constexpr double gradient_tolerance_alone = 5e-5;
 };
 
 /// Parameters of the refinement of one contact by cubic queries (ContactFinder::refine).
 struct RefineParameters {
-  static constexpr int iterations = 2;  // limit of the number of queries per contact and call while the head cuts
-  // Limit of the number of queries per contact and call while the head touches without cutting; the hand then feels
-  // errors of the force's direction.
+  static constexpr int iterations = 2;  // upper limit of queries per contact and call for a head that cuts
+  // Upper limit of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors of
+  // the force's direction.
   static constexpr int iterations_fine = 8;
-  // Voxels, limit of a ball's path after a query: up to this limit, the contact counts as exact. Its gap then errs by
+  // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
   static constexpr double stays_exact_edged =
