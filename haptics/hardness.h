@@ -18,7 +18,7 @@ namespace typodont::haptics {
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kLeastHardness = 1;
 
-/// The byte for a fraction 0..1, rounded; at least kLeastHardness.
+/// Converts a hardness fraction 0..1 to a byte by rounding; the result is at least kLeastHardness.
 inline std::uint8_t hardness_byte(double fraction) {
   const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
   return std::max(kLeastHardness, static_cast<std::uint8_t>(byte));
