@@ -37,9 +37,10 @@ using SharedContactMethod = std::shared_ptr<const ContactMethod>;
 /// Throws Error.
 using ContactMethodReader = std::function<SharedContactMethod(const std::optional<Json>& parameters)>;
 
-/// Registers a contact method that another module defines. Declare it at namespace scope in any file of the program:
-///   const ContactMethodRegistration registration{"mine", [](const auto& parameters) { … }}; Throws std::logic_error
-/// if the name already exists.
+/// Registers a contact method that another module defines. Declare an object at namespace scope in any file of the
+/// program:
+///   const ContactMethodRegistration registration{"mine", [](const auto& parameters) { … }};
+/// Throws std::logic_error if the name already exists.
 struct ContactMethodRegistration {
   ContactMethodRegistration(std::string name, ContactMethodReader reader);
 };

@@ -34,19 +34,20 @@ struct ImplantTool {
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
   double bore_diameter = 0;   // m, diameter of the inner thread of an implant that accepts a screw; 0: none
   double bore_depth = 0;      // m, depth of this inner thread
-  double speed = 0;           // rad/s, speed that the manufacturer recommends; 0: the tool does not turn
-  double top_speed = 0;  // rad/s at full pedal, if the handpiece is geared down for this tool; 0: the motor's own speed
-  bool by_hand = false;  // the tool is turned by hand (ratchet), not by the motor
+  double speed = 0;           // rad/s, speed that the manufacturer recommends; 0: the tool does not rotate
+  // rad/s, speed at full pedal with a reduction gear for this tool; 0: no gear, the motor's own speed
+  double top_speed = 0;
+  bool by_hand = false;        // true: a hand rotates the tool (ratchet), not the motor
   bool irrigated = false;      // the tool needs cooling water
-  double greatest_torque = 0;  // N·m, limit stated by the manufacturer; 0: not stated
-  std::vector<double> marks;   // m, heights of the depth scale's rings above the free end, ascending
+  double greatest_torque = 0;  // N·m, largest torque that the manufacturer permits; 0: not stated
+  std::vector<double> marks;   // m, heights of the rings of the depth scale above the free end, ascending
 
   bool threaded() const { return pitch > 0; }
-  /// Returns true if the part stays in the bone after it is seated.
+  /// Returns true for an implant or a screw, which remains in the bone after it is seated.
   bool stays() const { return kind == ImplantToolKind::kImplant || kind == ImplantToolKind::kScrew; }
 };
 
-/// Throws Error. `diameter`, `length`: m, size of the tool's head.
+/// Reads the block "implant" of a tool's file. `diameter`, `length`: size of the tool's head, m. Throws Error.
 ImplantTool read_implant_tool(const Json& json, double diameter, double length);
 
 }  // namespace typodont::haptics

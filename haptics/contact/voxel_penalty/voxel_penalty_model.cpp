@@ -31,7 +31,8 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // Depth of the sample below the wall. The spring acts along the sample's own normal.
+      // Depth of the sample below the wall. It equals the depth along the sample's own normal, projected onto the
+      // wall's normal.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
