@@ -57,7 +57,7 @@ class CutFront {
     std::int32_t* z;
     std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the front
     std::uint8_t* length;  // number of samples in the group that may change
-    std::uint8_t* label;   // tissue of these samples
+    std::uint8_t* label;   // tissue of the samples that may change
   };
 
   /// Must be called when anything except this tool's cuts has lowered the field: a filling, an undo, or another tool.
@@ -145,8 +145,8 @@ class CutFront {
   /// Returns table `k`, whose values depend only on the height (z) of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of additional entries in these tables beyond the front, because a group may begin at the last sample of the
-  // front.
+  // Number of additional entries in the tables of heights beyond the front, because a group may begin at the last
+  // sample of the front.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // size of the front in blocks

@@ -33,7 +33,7 @@ struct ImplantTool {
   double pitch = 0;           // m, advance per turn of the thread; 0: no thread
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
   double bore_diameter = 0;   // m, diameter of the inner thread of an implant that accepts a screw; 0: none
-  double bore_depth = 0;      // m, depth of this inner thread
+  double bore_depth = 0;      // m, depth of the inner thread for a screw
   double speed = 0;           // rad/s, speed that the manufacturer recommends; 0: the tool does not rotate
   // rad/s, speed at full pedal with a reduction gear for this tool; 0: no gear, the motor's own speed
   double top_speed = 0;

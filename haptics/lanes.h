@@ -40,7 +40,7 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(D8& v) {
-  asm("" : "+m"(v));  // same purpose as in take_root(F8&)
+  asm("" : "+m"(v));  // forces the vector through memory, as in take_root(F8&)
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;

@@ -4,7 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience = 5'000'000;  // ns, longest wait of the servo; a cutting hand moves < 0.25 mm in it
+constexpr Nanos kPatience = 5'000'000;  // ns, longest wait of the servo; a cutting hand moves < 0.25 mm in 5 ms
 
 }  // namespace
 

@@ -39,7 +39,7 @@ struct HandModel {
   dvec3 stiffness{0};           // N/m, diagonal of K in the equation
   dvec3 push{0};                // N, constant additional force
   double tremor_amplitude = 0;  // N, amplitude of a sinusoidal force on each axis (physiological tremor has 8–12 Hz)
-  double tremor_frequency = 9;  // Hz, frequency of this force
+  double tremor_frequency = 9;  // Hz, frequency of the tremor
 };
 
 /// Opens a hand from a file given to --hand. A HAND.csv is followed exactly; a HAND.json is moved by its HandModel.

@@ -20,7 +20,7 @@ struct Snapshot {
   // m³, volume that undo steps have restored, minus the volume that redo steps have removed again
   PerTissue taken_back{};
   std::uint32_t pieces = 0;  // number of loose pieces that were removed before the snapshot was taken
-  PerTissue loose{};         // m³, volume of these pieces
+  PerTissue loose{};         // m³, volume of the loose pieces that were removed
   dvec3 center_W{0, 0, 0};   // m, centre around which the snapshot was requested
 
   Snapshot() = default;

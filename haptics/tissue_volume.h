@@ -64,8 +64,8 @@ class TissueVolume {
   /// (hardness.h). z runs fastest. A null pointer means that this array is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// Same as copy(), but with labels in the encoding of a patch (label.h). A filled voxel gets the hardness from before
-  /// the filling.
+  /// Same as copy(), but with labels in the encoding of a patch (label.h). For a filled voxel, copies the hardness from
+  /// before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// Returns in `a_lo` and `a_hi` the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.

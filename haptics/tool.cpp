@@ -220,7 +220,7 @@ std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // its upper part is inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of the safe end is inside the head
   return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 

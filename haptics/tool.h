@@ -70,8 +70,8 @@ struct Tool {
   bool cuts = true;          // false for probes and gauges, which touch tissue but never remove it
   // fraction of the normal force that contributes to cutting, for a contact at the side of the head
   double side_efficiency = 1;
-  // Same fraction for a contact at the end of the head. Between side and end, it is interpolated by the squared cosine
-  // of the angle to the axis.
+  // Fraction of the normal force that contributes to cutting, for a contact at the end of the head. Between side and
+  // end, the fraction is interpolated by the squared cosine of the angle to the axis.
   double end_efficiency = 1;
   // Fraction of the push along the hand's path that contributes to cutting, for an edge that does not rotate; 0: the
   // tool has no such edge.

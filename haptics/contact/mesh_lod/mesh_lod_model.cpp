@@ -18,8 +18,9 @@ constexpr double kSpeedTime = 20e-3;               // s, time constant of the lo
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance for the surface around a tool without contact
 // m; a point gets the tissue of the nearest face if the face is within this distance
 constexpr double kNearby = 0.2e-3;
-constexpr double kLeastStep = 1e-9;     // m, smallest step of a cut; a smaller step is skipped
-constexpr double kMeasuredShare = 0.3;  // filter weight of a new measurement of the volume ratio
+constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
+// filter weight of a new measurement, in the running ratio of measured to estimated removed volume
+constexpr double kMeasuredShare = 0.3;
 // While the snapshot lacks cuts, the bur sinks into its faces. Two limits as ratios to the bur's radius: the overlap of
 // head and faces, and the distance that the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;

@@ -52,8 +52,8 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  /// Returns true if the whole head has contact: a bur that is not a ball. Other tools have contact only with a ball,
-  /// or with the point at their free end.
+  /// Returns true for a bur that is not a ball: contact is then computed for its whole head. For other tools, contact
+  /// is computed for a ball, or for the point at the tool's free end.
   static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
   /// The meshes of the present tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {

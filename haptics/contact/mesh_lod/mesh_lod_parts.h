@@ -28,7 +28,7 @@ struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
   bool cut = false;                 // true if the tissue was cut; `local` is then used instead of `levels`
   std::vector<TriangleGrid> local;  // all faces that overlap the box from lo to hi; one grid per level, finest first
-  dvec3 lo{0}, hi{0};               // m, corners of this box
+  dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
   // m³, volume removed by all cuts in this snapshot; cuts that were undone do not count
   PerTissue removed{};
 };

@@ -35,7 +35,7 @@ struct Face {
 struct OnFace {
   dvec3 p{0};
   int edge = -1;        // index of the edge ab, bc or ca on which p lies; -1: p lies in the interior
-  bool corner = false;  // true if p is one end of this edge
+  bool corner = false;  // true if the nearest point is an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// Returns the point of the segment from a to b that is nearest to p.
@@ -134,7 +134,8 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // A face may lie in several of these cells. To report it once, only the first of them calls use().
+          // A face may lie in several cells of the searched range. To report it once, only the first of these cells
+          // calls use().
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }

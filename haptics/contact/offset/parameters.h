@@ -138,7 +138,8 @@ struct RetreatParameters {
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it is led back
   static constexpr double report_after = 1;  // s, hold time after which a fault reports that no path back was found
-  // m; the path point must be nearer to the hand than the proxy is, by at least this distance
+  // m; a point of the recorded path is used only if it is nearer to the hand than the proxy is, by at least this
+  // distance
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
   // m; when the head is farther than this from tissue, the recorded path starts again
@@ -178,7 +179,7 @@ struct FillingParameters {
   // Largest number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue and
   // filling, so a few such samples do not end the ray.
   static constexpr int thin = 3;
-  // Upper limit of the cost of this search in one tick, in units of about 1 ns.
+  // Upper limit of the cost of one tick's search for an open place, in units of about 1 ns.
   static constexpr int search_cost = 60000;
   // Cost of a skipped ray, of a sample, and of the test whether filling fits at a sample, in units of about 1 ns.
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;

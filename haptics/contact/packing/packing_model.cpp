@@ -24,8 +24,8 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path 
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N. If the force limit of a scene is at most this, a retreating tool uses the same limit of the force's rate of change
-// as the model "offset". For a larger force limit, the rate of change grows in proportion.
+// N, force limit of a dental scene. Up to this force limit, a retreating tool uses the same limit of the force's rate
+// of change as the model "offset". For a larger force limit, the rate of change grows in proportion.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the rate limit grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;

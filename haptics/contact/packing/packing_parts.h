@@ -95,7 +95,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// Same as carve() above, but searches the near spheres in the tissue's own tree.
+/// Same as the carve() with the parameter `near`, but searches the near spheres in the tissue's own tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

@@ -318,7 +318,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // Free radii are limited, so a placed sphere changes only nodes within this distance.
+    // Free radii are limited, so a placed sphere changes only nodes within the distance s.r + most.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];

@@ -83,7 +83,7 @@ class SphereProxy {
 
   /// Eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: returns the torque of this force about the tool's centre of mass, N·m.
+  /// Eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre of mass.
   dvec3 torque(const dvec3& force) const noexcept;
   /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;
@@ -152,7 +152,7 @@ class SphereProxy {
   std::size_t room_;             // number of entries for which each list has memory
   // entries of all near lists, one list after the other, nearest spheres first
   std::vector<Near> near_;
-  std::vector<Near> ranked_;                 // the same entries, but each list in the tree's order
+  std::vector<Near> ranked_;                 // the same entries as in near_, but each list in the tree's order
   std::vector<int> found_;                   // result of one search
   std::vector<Near> found_gaps_;             // gaps of the spheres in found_
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions

@@ -43,7 +43,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;
 
-/// Same as above, but uses the proxy's near lists. The result has the same bits.
+/// Same as the other estimate_surface(), but uses the near lists of `proxy`. The result has the same bits.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
                                  double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
 

@@ -12,7 +12,7 @@ namespace typodont::haptics::packing {
 /// A tool as spheres. Metres, frame T (origin at the head's centre, z along the shank).
 struct ToolSpheres {
   ToolSpheres() = default;
-  /// Creates a head from these spheres, without non-cutting parts.
+  /// Creates a head from the given spheres, without non-cutting parts.
   ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii);
   /// Adds a sphere that has contact with tissue but never cuts.
   void add_non_cutting(const dvec3& p_T, double r);

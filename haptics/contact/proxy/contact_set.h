@@ -57,8 +57,8 @@ class ContactSet {
   void set_yields(int i, double yields) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
-  /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show the direction out of it
-  /// (see ContactFinder::find_way_out()).
+  /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
+  /// leave the tissue (see ContactFinder::find_way_out()).
   bool sunk() const { return sunk_; }
   /// Returns true if the contacts are the flat walls of a groove, whose planes are exact without refinement.
   bool flat() const { return flat_; }

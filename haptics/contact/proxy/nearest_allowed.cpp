@@ -68,7 +68,7 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
 class HeadPlanes {
  public:
   using Plane = ContactPlane;
-  // These limits fit the accuracy of float normals.
+  // Lower limits below which a linear system counts as singular; the values fit the accuracy of float normals.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)

@@ -97,7 +97,7 @@ struct SharpEdgeParameters {
   static constexpr double depth_clean = 4.5;
   // voxels; a face is used only if the tissue below it is at least this deep
   static constexpr double depth_least = 3.7;
-  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of these depths
+  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the depth of the tissue below a face
   // Limit of the cosine between two normals. Above it, a face that is near other faces counts as one of the faces found
   // before.
   static constexpr double alike = 0.98;

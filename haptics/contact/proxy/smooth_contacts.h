@@ -40,7 +40,7 @@ class NonCuttingContacts {
  private:
   struct Part {
     Part(const NonCuttingPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // contact finder of this part, in voxels of the patch that it uses
+    ContactFinder finder;  // contact finder of this part; its lengths are in voxels of the patch that it searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
     }  // u: distance along the axis from the part's lower end

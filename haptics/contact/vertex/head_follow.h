@@ -34,7 +34,7 @@ struct FollowParameters {
 /// still valid.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // upper limit of such steps per tick
+  constexpr int kMostHops = 64;  // upper limit of steps without contact per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;

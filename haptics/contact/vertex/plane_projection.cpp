@@ -11,7 +11,7 @@ namespace {
 class StepBounds {
  public:
   using Plane = StepBound;
-  // Lower limits for singular systems; the values suit neighbouring vertices of a fine mesh.
+  // Lower limits below which a linear system counts as singular; the values suit neighbouring vertices of a fine mesh.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)

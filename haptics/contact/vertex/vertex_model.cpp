@@ -136,8 +136,8 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   keep_within(head, X, margin, vertices);
 }
 
-/// Removes points that are farther than `margin` from the head, starting at index `first`. For a ball nothing is to do,
-/// because such points were not added.
+/// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
+/// because such points were not added to its list.
 void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
   if (head.is_ball() || first == samples_.size()) return;
   candidates_.clear();
@@ -227,7 +227,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double distance = distances_.distance(i);
     const dvec3 n = distances_.normal_W(i), off = points_[distances_.point(i)] - X.p;
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
-    // m, signed distance of the vertex from the head after this motion; negative inside the head
+    // m, signed distance of the vertex from the head after the virtual motion; negative inside the head
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
