@@ -30,7 +30,7 @@ struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy
   std::function<TissueVolume(double voxel_mm)> make;
-  dvec3 start{0};      // point on the surface at which the hand touches down
+  dvec3 start{0};      // point on the surface where the hand makes contact
   dvec3 out{0, 0, 1};  // unit vector out of the surface at `start`; the hand approaches against this direction
   // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only the size of that file.
   std::vector<double> voxels_mm;
@@ -54,8 +54,8 @@ struct StressBenchOptions {
   std::vector<ModelAnatomy> meshes;  // meshes for the fast-probe test, in addition to the built-in edges and a groove
 };
 /// Tests the safety of every contact model: motions faster than any human's, invalid input, late carvers, irregular
-/// clocks, 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is the
-/// measured value divided by the largest permitted value.
+/// clocks, a push of 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is
+/// the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
 
 struct MotionBenchOptions {

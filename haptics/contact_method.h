@@ -45,7 +45,7 @@ struct ContactMethodRegistration {
   ContactMethodRegistration(std::string name, ContactMethodReader reader);
 };
 
-/// Returns the method with this name and default parameters. If the name is unknown, throws an Error with the list of
+/// Returns the method called `name`, with default parameters. If the name is unknown, throws an Error with the list of
 /// names. `where`: file or option that contains the name.
 SharedContactMethod contact_method(std::string_view name, std::string_view where);
 /// Reads the method of a scene: "offset", or {"offset": {parameters}}. Throws Error.

@@ -76,14 +76,14 @@ class CutFront {
   friend class Sweep;
 
   static constexpr int kRows = 4, kDeep = 8;
-  static constexpr double kRound = 512;  // voxels; the path length restarts at 0 here, for float precision
+  static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups
   // Lifetime of a list in voxels of path, for balls and for other heads. With a longer lifetime, lists are renewed less
   // often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // Voxels per sweep. A head that moves farther in one sweep would use up the lifetime of its lists at once, so it uses
-  // no lists.
+  // Voxels per sweep, largest motion of a head that uses lists. A faster head would use up the lifetime of its lists at
+  // once.
   static constexpr double kMostListed = 0.2;
 
   /// One part of the lists: the groups of samples along z that the head may change before its path length is `until`.

@@ -17,10 +17,10 @@ void clear_emergency_all() noexcept;
 std::string describe_safety(std::uint32_t events);
 
 /// Makes sure that every arm gets zero force when the program ends: exit, failed check, uncaught exception, fatal
-/// signal, Ctrl-C. Only after SIGKILL or a computer failure must the device's own watchdog act. Installs atexit() and
-/// handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT, once. Each handler sends
-/// zero force to all guarded devices and then calls the previous handler. A handler that is installed later should call
-/// release_all_devices() first.
+/// signal, Ctrl-C. After SIGKILL or a failure of the computer, only the device's own watchdog can act. Installs
+/// atexit() and handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT, once. Each
+/// handler sends zero force to all guarded devices and then calls the previous handler. A handler that is installed
+/// later should call release_all_devices() first.
 void install_exit_guard();
 
 /// Adds a device to the guarded devices. Set-up time, any thread. Throws RunFailure for more than eight devices.

@@ -37,7 +37,7 @@ struct FoundDevice {
   std::string kind;     // "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
   std::string node;        // device node /dev/…, or name of the service
-  double force_limit = 0;  // N
+  double force_limit = 0;  // N, largest force of the device
   bool permitted = true;
   std::string mend;  // command or sentence that tells the user how to repair a problem; empty: no problem
 };
@@ -49,7 +49,8 @@ struct Driver {
   // true: open_hand() adds the safety layer, the pedal and the pose of the base; the driver's poses are then in the
   // base frame
   bool hardware = true;
-  std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;  // throws Error
+  // opens the hand; throws Error
+  std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;
   // finds connected devices; may be empty; must not throw if a device is absent
   std::function<std::vector<FoundDevice>()> find;
 };

@@ -33,7 +33,7 @@ class FreshLabels {
 };
 
 /// The filling added in one tick: a ball, minus the head that presses it, minus the head's exit path along its axis,
-/// and limited to the tool's limit if it has one. The filling keeps a clearance of half a voxel (kClear) from the head
+/// and only inside the tool's limit if it has one. The filling keeps a clearance of half a voxel (kClear) from the head
 /// and the exit path, so that it neither pushes nor holds the hand.
 class Fill {
  public:

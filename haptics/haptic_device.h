@@ -16,7 +16,7 @@ struct DeviceInfo {
   std::string serial;
   double rate = 1000;           // Hz, rate at which read() delivers samples
   double force_limit = 0;       // N, largest force of the device; 0: the device has no force output
-  double max_stiffness = 0;     // N/m, largest stable stiffness; 0: unknown
+  double max_stiffness = 0;     // N/m, largest stiffness of the device; 0: unknown
   double torque_limit = 0;      // N·m, largest torque of the device; 0: the device has no torque output
   double continuous_force = 0;  // N, force that the motors can sustain; 0: unknown
   double vibration_band = 0;    // Hz, highest vibration frequency that the device can output; 0: none

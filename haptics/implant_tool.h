@@ -43,7 +43,7 @@ struct ImplantTool {
   std::vector<double> marks;   // m, heights of the rings of the depth scale above the free end, ascending
 
   bool threaded() const { return pitch > 0; }
-  /// Returns true for an implant or a screw, which remains in the bone after it is seated.
+  /// Returns true for an implant or a screw, which remain in place after they are seated.
   bool stays() const { return kind == ImplantToolKind::kImplant || kind == ImplantToolKind::kScrew; }
 };
 

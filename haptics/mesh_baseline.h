@@ -25,7 +25,7 @@ class MeshBaseline {
   void finish();
 
   struct Mesh {
-    std::vector<glm::vec3> points;  // voxels
+    std::vector<glm::vec3> points;  // voxels, positions of the vertices
     std::vector<std::array<std::uint32_t, 3>> triangles;
   };
   /// Extracts the mesh `repeats` times. Returns the median time in ns; `mesh`: the last result.

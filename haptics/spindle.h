@@ -22,8 +22,8 @@ struct Spindle {
   std::optional<Nozzles> nozzles;  // water nozzles of the handpiece; the servo does not use them
 };
 
-/// Returns speed and cutting power under the load `torque`, at a pedal position 0..1. Above the stall torque, both are
-/// 0.
+/// Speed and cutting power of a spindle under a given load torque, at a pedal position 0..1. Above the stall torque,
+/// both are 0.
 struct SpindleLoad {
   double speed = 0;  // rad/s, speed under load
   double power = 0;  // W, power available for cutting

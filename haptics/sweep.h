@@ -109,7 +109,7 @@ class Sweep {
   // straight line. Not used for balls.
   int straights_ = 0;
   double turn_ = 0;  // rad, rotation of the head from A to B
-  double reach_;     // voxels
+  double reach_;     // voxels, distance from the head's centre to its farthest point
   // Voxels, half the length of the axis of a head that is not a ball. The head lies within radius_ of the axis.
   double half_length_;
   double travel_;     // voxels, path length of the head's farthest point; for a ball, of its centre

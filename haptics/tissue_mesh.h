@@ -14,7 +14,7 @@ namespace typodont::haptics {
 class TissueVolume;
 
 struct TissueMesh {
-  std::vector<dvec3> vertices;        // m
+  std::vector<dvec3> vertices;        // m, positions of the vertices
   std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
   std::vector<Tissue> tissue;         // tissue below each triangle
 };

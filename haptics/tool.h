@@ -42,7 +42,8 @@ class HeadField {
   /// Returns the signed distance from a point in T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
   /// Returns the signed distance from a point in T, and in `to_piece` the distance to each piece. If the distance to a
-  /// piece is larger than the smallest one by more than 2 r, this piece is not the closest one for any point within r.
+  /// piece is larger than the smallest one by more than 2 r, this piece is not the closest one for any other point
+  /// within the distance r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Returns the signed distance from a point in T, and in `n_T` the unit direction in T in which it increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
@@ -137,7 +138,7 @@ double near_reach(const Tool& tool);
 
 /// A sample point on the head's surface, with the surface area that it represents; deterministic.
 struct HeadSample {
-  dvec3 p_TQ;   // m
+  dvec3 p_TQ;   // m, position of the sample
   dvec3 n_T;    // unit normal, pointing out of the head
   double area;  // m², area that the sample represents
 };

@@ -44,7 +44,7 @@ class RecentCuts {
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
-  PerTissue removed{};  // m³
+  PerTissue removed{};  // m³, removed volume of each tissue
 };
 
 /// Log of the cuts and fillings of a model that works in a SurfacePatch. Each entry includes the box of voxels that the
@@ -57,7 +57,7 @@ class CutLog {
     std::uint32_t tool = 0;
     bool continues = false;
     double fill_radius = 0;  // m, radius of a filling around X_WA, limited by a head at X_WB; 0: the entry is a cut
-    PerTissue removed{};     // voxels³, negative for a filling
+    PerTissue removed{};     // voxels³, removed volume of each tissue; negative for a filling
   };
 
   /// Adds an entry. `lo` and `hi` are the corners of the box of voxels that the cut may have changed.

@@ -8,7 +8,7 @@ namespace typodont::haptics::implant {
 
 /// State of the virtual tool, which a spring pulls along a line and a drag force damps. SI units.
 struct AxialState {
-  double speed = 0;  // m/s
+  double speed = 0;  // m/s, speed of the tool along the line
 };
 
 /// Returns the displacement of the tool (m) in the time `dt` towards a hand at distance `ahead` (m). `k`: spring

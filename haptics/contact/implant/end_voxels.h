@@ -23,7 +23,7 @@ struct EndVoxels {
   /// The field is linear within a voxel of the tissue, so a finer sampling would not improve the result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
-  std::vector<float> x, y, z;  // m, in T
+  std::vector<float> x, y, z;  // m, positions of the voxels in frame T
   std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
   std::vector<float> area;     // m², surface area that the voxel represents
   // cosine of the angle between the outward normal and the feed direction -z
@@ -59,7 +59,7 @@ struct EndLook {
   double engaged = 0;        // m², area of the end in contact with bone
   double collided = 0;       // m², part of `engaged` where an obstacle blocks the advance; num_cd in the paper
   double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
-  PerTissue tissue{};        // m², area of `engaged` for each tissue
+  PerTissue tissue{};        // m², part of the area `engaged` in each tissue
   PerTissue hardness{};      // m², for each tissue: its area multiplied by its hardness
 };
 

@@ -28,7 +28,7 @@ struct Parameters {
   double tool_voxel = 0.06e-3;
   int layers = 2;  // number of voxel layers for the contact ("1~2", Zhao 2020)
   // Criteria for entering a bed (Zhao 2020, "implant criteria").
-  // m, tolerance for the distance of the tip from the bed's axis, and for its depth below the entry
+  // Tolerance in m for the distance of the tip from the bed's axis, and for its depth below the entry.
   double centre_tolerance = 0.5e-3;
   // m, largest distance of the tip in front of the entry; a wide tool touches a sloping rim before its tip has arrived
   // at the entry

@@ -18,10 +18,11 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance of the final depth of an implant, and of its distance from the bottom of the bed
 constexpr double kSeated = 0.05e-3;
-// Fraction of a motor's largest torque. Within this fraction below the largest torque, the motor slows down to a stop.
+// Width of the torque range directly below a motor's largest torque in which the motor slows down to a stop, as a ratio
+// to the largest torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
-constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
+constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis when the depth of the bed is measured
 
 // first version of the force laws that merges voxels of a tool's end into larger voxels
 constexpr std::uint32_t kLawsOfCoarseEnd = 7;
@@ -125,7 +126,7 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
   // If a bed is as wide as the tool, the bed's wall is less than one voxel away from the tool's rim and would count as
-  // an obstacle. So obstacles are searched only within this smaller radius.
+  // an obstacle. So obstacles are searched only within a radius that is one voxel smaller than the tool's.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
   law.greatest_grey = implant.greatest_grey;
@@ -268,7 +269,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in the bed. The tool then moves freely, and the difference of the two poses fades.
+/// Ends the motion in the bed. The tool then moves freely, and the jump between the two poses fades.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -303,7 +304,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool leaves along the axis; the free tool then moves to the hand.
+    // The tool has left the bed along the bed's axis. In free motion it then moves to the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -441,7 +442,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Does nothing for a placed implant: the carver adds it to the tissue, and a new snapshot contains it.
+/// Repeats a cut in a new snapshot. Does nothing for a placed implant, because the new snapshot already contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }

@@ -18,7 +18,8 @@ constexpr int kParts = 8;           // to average 1/r, a voxel is divided into t
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels; the normal on the surface is compared with the normal at this depth below it
 constexpr double kWithin = 0.05;
-constexpr double kSmooth = 0.97;  // limit of the cosine between the two normals; a smaller cosine shows a sharp rim
+// limit of the cosine between the normals on and below the surface; a smaller cosine shows a sharp rim
+constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
 double mean_inverse_r(double x, double y, double edge) {
@@ -62,11 +63,11 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end is omitted, because it can touch bone only if the shank also touches bone.
+        // The upper end of the head is omitted, because it can touch bone only if the shank also touches bone.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // Near a sharp rim, the nearest point of the surface lies on the rim itself. Such a voxel represents no surface
-        // area.
+        // Near a sharp rim, the surface point nearest to a voxel lies on the rim itself. Such a voxel represents no
+        // surface area.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

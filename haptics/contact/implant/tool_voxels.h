@@ -13,7 +13,7 @@ namespace typodont::haptics::implant {
 
 /// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Frame T.
 struct ToolVoxel {
-  glm::vec3 p;      // m
+  glm::vec3 p;      // m, centre of the voxel
   glm::vec3 n;      // unit normal, pointing out of the head
   float outside;    // m, signed distance of p from the head's surface, negative inside
   float area;       // m², surface area that the voxel represents
@@ -39,8 +39,8 @@ ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
 /// Force and torque of the tissue on the tool, divided by the feed speed. Frame T; the torque is about T's origin.
 struct CuttingWrench {
-  dvec3 force{0};   // N·s/m
-  dvec3 torque{0};  // N·s
+  dvec3 force{0};   // N·s/m, force per feed speed
+  dvec3 torque{0};  // N·s, torque per feed speed
 };
 
 /// Adds the contribution of one voxel to eq. (2). `u`: specific cutting energy (J/m³); `along`: unit feed direction in

@@ -42,7 +42,7 @@ class HeadContact final : public SurfaceContact {
     std::uint32_t face = 0;
   };
 
-  /// Largest displacement of any point of the head since the points were listed, m.
+  /// Returns the largest displacement of any point of the head since the points were listed, m.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;

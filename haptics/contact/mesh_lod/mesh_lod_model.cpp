@@ -199,8 +199,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // Within clearance(), the servo moves a free tool without calling this model. So the tool may have passed through a
-  // hole of an open mesh in the meantime.
+  // The servo may move a free tool by up to clearance() without calling this model. So the tool may have passed through
+  // a hole of an open mesh in the meantime.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -287,7 +287,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     all += area[t];
     work += area[t] * settings_.materials[t].specific_energy;
   }
-  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;  // J/m³
+  // J/m³, specific cutting energy
+  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;

@@ -11,7 +11,8 @@ namespace {
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // Lower limits for singular systems; small values, because faces may be nearly parallel.
+  // Lower limits below which a linear system counts as singular; the values are small, because faces may be nearly
+  // parallel.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}

@@ -23,12 +23,12 @@ constexpr double kAhead = 1.1;  // the search distance is this factor times the 
 constexpr double kMostKept = 0.3e-3;
 // Upper limit of the search distance while a bur is in its own cut, as a ratio to the radius.
 constexpr double kReachInCut = 0.5;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of that search distance
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance while a bur is in its own cut
 // the next search distance is this fraction of the last step, because the steps become shorter
 constexpr double kNextReach = 0.25;
 // m, rounding tolerance: if a face protrudes from a plane by less than this, the plane still hides the face
 constexpr double kBelow = 1e-11;
-// m, rounding tolerance of the same test in float precision
+// m, rounding tolerance in float precision for the test whether a plane hides a face
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh

@@ -24,9 +24,9 @@ struct SurfaceOptions {
 /// Surface contact point after Wang et al. 2009, section 3.2. The paper moves from the active primitive to a neighbour
 /// while the distance to the HIP decreases. Here, every face near the point adds a plane through its nearest primitive
 /// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies all planes; this is
-/// repeated until it does not move. The result is the same, but no links between neighbours are needed, which cracks,
-/// duplicate triangles and slivers do not have. No step can pass through a face of any mesh. The point is the centre of
-/// a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never allocates.
+/// repeated until it does not move. The result is the same, but no links between neighbours are needed; cracks,
+/// duplicate triangles and slivers have no such links. No step can pass through a face of any mesh. The point is the
+/// centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face

@@ -14,7 +14,7 @@ constexpr double kMostCells = 4e6;
 constexpr double kEntriesPerFace = 16;
 constexpr double kFewEntries = 1e6;  // this number of list entries is allowed for every mesh
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
-// limit of the squared sine of an angle; of a flatter face, only the edges are used
+// smallest squared sine of a face's angle; for a flatter face, only its edges are used
 constexpr double kSliver = 1e-12;
 
 /// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin on the line is

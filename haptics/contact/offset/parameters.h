@@ -71,7 +71,7 @@ struct PaceParameters {
   static constexpr double free_slew = 14;
   static constexpr double grip_slew = 9;      // N/s, largest rate at which the force rises when the teeth catch
   static constexpr double tooth_grip = 0.15;  // friction coefficient of the teeth: lateral force divided by the push
-  static constexpr double tolerance = 1.02;   // the speed limit counts as observed up to this factor
+  static constexpr double tolerance = 1.02;   // the proxy's speed may exceed the speed limit by this factor
   static constexpr int rounds = 4;            // upper limit of the iterations that enforce the speed limit
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
   // time in which the motor delivers the missing energy. A bur with a larger debt than this is slowed down.

@@ -130,7 +130,7 @@ void DepthField::find_closest_points(double band) {
   }
   // Scans the voxels forward and backward in turn, until a scan changes nothing. A neighbour is evaluated only if it
   // changed in this scan or in the previous scan; earlier scans have already used older changes.
-  // number of the last scan that changed a voxel; 0: a start point
+  // `changed_in`: number of the last scan that changed a voxel; 0: a start point.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

@@ -27,7 +27,7 @@ constexpr double kLargestTurn = 0.02;
 // N, force limit of a dental scene. Up to this force limit, a retreating tool uses the same limit of the force's rate
 // of change as the model "offset". For a larger force limit, the rate of change grows in proportion.
 constexpr double kDentalForces = 20;
-// first version of the force laws in which the rate limit grows with the force limit
+// first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;
 // first version of the force laws in which the projection onto the contacts starts from the pushes of the last tick
 constexpr std::uint32_t kLawsOfWarmStarts = 7;

@@ -115,13 +115,13 @@ class SphereProxy {
     int refused = 0;  // number of searches until the list is made again; used after the list was too long
   };
   struct Near {
-    double gap;  // m
+    double gap;  // m, gap between this sphere and the tool sphere when the list was made
     int sphere;
   };
   struct Constraint {
     // n: change of the gap per metre of translation along each axis; turn: change of the gap per radian of rotation, m
     dvec3 n{0}, turn{0};
-    double gap = 0;  // m
+    double gap = 0;  // m, present gap of the contact
     double multiplier = 0;
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,

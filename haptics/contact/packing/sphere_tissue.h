@@ -14,7 +14,7 @@ namespace typodont::haptics::packing {
 
 /// The tissue that a cut removes.
 struct Removed {
-  PerTissue volume{};  // m³
+  PerTissue volume{};  // m³, removed volume of each tissue
   // m³, removed volume times hardness; the product with the specific energy is the cutting energy
   PerTissue hardened{};
 

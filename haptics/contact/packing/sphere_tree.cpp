@@ -40,7 +40,7 @@ TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Returns a bit mask of the children whose boxes are within this distance of a point.
+/// Returns a bit mask of the children whose boxes are within the given distance of a point.
 TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
@@ -57,8 +57,8 @@ struct Around {
   }
 };
 
-/// Finds the children that a moving box may touch before time `until`, as a bit mask. `enter`: earliest possible time
-/// for each child.
+/// A moving sphere in the form that children_hit() needs. children_hit() returns a bit mask of the children that the
+/// sphere may touch before time `until`. `enter`: earliest possible time for each child.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;

@@ -79,8 +79,8 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
     const F8 f2 = fx * fx + fz * fz;
     const I8 nearer = f2 < best2;
     best2 = nearer ? f2 : best2;
-    // If the nearest point is an end of the piece, the gradient points away from that end. Very close to the end, the
-    // normal of the piece is used instead.
+    // If the nearest point is an end of the meridian's piece, the gradient points away from that end. Very close to the
+    // end, the normal of the piece is used instead.
     const I8 smooth = between | (f2 < 1e-8f);
     n_rho = nearer ? (smooth ? nx : fx) : n_rho;
     n_z = nearer ? (smooth ? nz : fz) : n_z;

@@ -15,7 +15,7 @@ struct FlatPiece {
   float nx, nz;          // outward normal of a line
 };
 
-/// Result of one search.
+/// Result of one contact search.
 struct Found {
   int count;
   float deepest;

@@ -37,9 +37,9 @@ struct RefineParameters {
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
-  static constexpr double stays_exact_edged =
-      2e-3;  // voxels; the same limit for a head with edges, where the error of the gap equals the path
-  // Voxels; the same limit for a head that does not cut.
+  // Voxels, value of stays_exact for a head with edges, where the error of the gap equals the path.
+  static constexpr double stays_exact_edged = 2e-3;
+  // Voxels, value of stays_exact for a head that does not cut.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels, convergence tolerance of the gap: the refinement ends when a step reduces the gap by less than this. The
   // next step would reduce it by about the square.

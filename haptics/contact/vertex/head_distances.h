@@ -34,7 +34,7 @@ class HeadDistances {
  private:
   std::size_t size_ = 0;
   std::vector<std::uint32_t> index_;
-  std::vector<double> x_, y_, z_;  // m, W, positions of the points relative to the head's centre
+  std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
   std::vector<double> distance_, n_x_, n_y_, n_z_;
 };
 

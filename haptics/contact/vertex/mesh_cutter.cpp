@@ -289,7 +289,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   }
 }
 
-/// Returns a face near the head that intersects face f, or kNone. Only pairs are tested of which at least one face has
+/// Returns a face near the head that intersects face f, or kNone. Tests only pairs of faces of which at least one has
 /// changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
@@ -316,9 +316,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// Prevents that the surface intersects itself. While all faces near the head face its centre, the surface is
-/// star-shaped and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut)
-/// are tested.
+/// Prevents self-intersection of the surface. While all faces near the head face its centre, the surface is star-shaped
+/// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are tested.
 void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
   const glm::vec3 axis(head.R_WT[2]);
@@ -342,8 +341,8 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
       suspects_.push_back(f);
       for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
     }
-    // At a fold, a face that faces the head may intersect a face that faces away. So changed faces at such vertices are
-    // tested too.
+    // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
+    // vertex with a face that faces away are tested too.
     if (!suspects_.empty()) {
       const std::size_t looking_away = suspects_.size();
       for (const Affected& a : affected_) {

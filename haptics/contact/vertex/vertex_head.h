@@ -55,7 +55,8 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  double radius_, reach_, half_;  // m
+  // m; radius_: largest radius; reach_: distance to the farthest point; half_: half the length
+  double radius_, reach_, half_;
 };
 
 }  // namespace typodont::haptics::vertex

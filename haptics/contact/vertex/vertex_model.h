@@ -106,11 +106,11 @@ class VertexModel final : public ContactModel {
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // one for each point in points_
+  std::vector<Sample> samples_;  // properties of the points in points_, in the same order
   bool found_ = false;           // true if the list of points belongs to found_at_ and the mesh has not changed since
   Pose found_at_;
   bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};   // m
+  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
   HeadFollower follower_{kMostSamples};
   HeadDistances distances_{kMostSamples};
   std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
