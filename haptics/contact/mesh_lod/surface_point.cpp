@@ -33,7 +33,7 @@ constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
 constexpr int kMostLifts = 16;
-// lower limit of the cosine between the plane's normal and the direction to the hand
+// smallest cosine between a plane's normal and the direction to the hand for which round_edge() extends a step
 constexpr double kLeastAlong = 0.3;
 // m; at a smaller distance from a face, the contact direction is the normal of the face
 constexpr double kNoDirection = 1e-13;

@@ -81,7 +81,7 @@ class TriangleGrid {
     bool found = false;
     std::uint32_t face = 0;
     dvec3 p{0};           // m, nearest point of the surface
-    double distance = 0;  // m, distance to this point
+    double distance = 0;  // m, distance from the query point to the nearest point of the surface
   };
   /// Returns the point of the surface nearest to p, within `most` metres.
   Nearest nearest(const dvec3& p, double most) const noexcept;

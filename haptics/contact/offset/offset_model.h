@@ -154,7 +154,7 @@ class OffsetModel : public PatchModel {
     dvec3 held_at{0};      // voxels, position near which the proxy has been held
     double held_for = 0;   // s, time for which the proxy has been held near held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along its path
-    std::size_t to = 0;    // index of the path point at which leading back ends
+    std::size_t to = 0;    // index of the path point to which the proxy is led back
     bool wedged = false;   // true if the hand has moved away and no path back was found
   } retreat_;
   struct Fall {

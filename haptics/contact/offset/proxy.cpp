@@ -426,8 +426,8 @@ double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   return least < 1 ? least : 0;
 }
 
-/// Limits ContactPlane::yields to `yields` for all planes that hold the head and lie at a wall. Returns true if a value
-/// was reduced.
+/// Limits ContactPlane::yields (the fraction of the depth that a plane allows) to `yields`, for all planes that hold
+/// the head and lie at a wall. Returns true if a value was reduced.
 bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
   bool changed = false;
   for (int i = 0; i < active.count; ++i) {

@@ -78,7 +78,7 @@ class PackingModel final : public ContactModel {
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
     double held_for = 0;       // s, time for which the proxy has stayed near held_at while the hand was far away
     bool leading = false;      // true while the proxy is led back along `path`
-    std::size_t to = 0;        // index of the path point at which leading back ends
+    std::size_t to = 0;        // index of the path point to which the proxy is led back
     bool wedged = false;       // true if the proxy is stuck: the hand is far away, and no path back was found
   } retreat_;
   SurfaceEstimate surface_;

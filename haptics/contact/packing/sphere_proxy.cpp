@@ -20,7 +20,7 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists (SphereProxy::NearList)
 constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the near lists, for a fast tool
 constexpr double kAhead = 3;               // mean margin for a fast tool, as a multiple of its motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin

@@ -157,7 +157,7 @@ class Rings {
 
   double side_;                        // m, distance between two nodes
   int levels_;                         // number of node levels along the axis
-  double bottom_;                      // m, height of the first level
+  double bottom_;                      // m, height of the first node level
   std::vector<double> room_;           // m, for each node: its depth inside the head
   std::vector<std::uint8_t> covered_;  // for each node: true if it is outside the head or inside a ring
   std::vector<double> open_;           // for each level: prefix sums of the uncovered volume, ordered by radius
