@@ -21,7 +21,7 @@ struct HandOptions {
   Pose X_WH;                          // pose of the device's base in the workbench frame, from the rig file
   Pose X_ST;                          // pose of the tool's head relative to the stylus
   std::vector<std::string> tools;     // names of the session's tools, for use in scripts
-  std::string pedal;                  // name of the pedal: "auto", its path or its serial number; empty: no pedal
+  std::string pedal;                  // pedal to use: "auto", a device path or a serial number; empty: no pedal
   std::filesystem::path assets;       // folder that contains devices/*.json
   std::optional<double> force_limit;  // N, additional force limit; it can only lower the device's own limit
   double pedal_limit = 0;  // s, longest time for which the pedal may be pressed without a break; 0: the default
@@ -34,7 +34,7 @@ struct HandOptions {
 /// One line of the output of `typodont devices`.
 struct FoundDevice {
   std::string address;  // address for --hand; empty for pedals
-  std::string kind;     // "force feedback", "6-DoF mouse", "pedal", …
+  std::string kind;     // kind of device: "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
   std::string node;        // device node /dev/…, or name of the service
   double force_limit = 0;  // N, largest force of the device
@@ -44,7 +44,7 @@ struct FoundDevice {
 
 struct Driver {
   std::string scheme;  // scheme of the address: "spacemouse" opens "spacemouse:REST"
-  std::string rest;    // description of REST for help: "[PATH]"
+  std::string rest;    // description of the REST of the address, for help: "[PATH]"
   std::string about;   // description of the device in one line
   // true: open_hand() adds the safety layer, the pedal and the pose of the base; the driver's poses are then in the
   // base frame

@@ -26,7 +26,7 @@ struct Bed {
 struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
-  int layers = 2;  // number of voxel layers for the contact ("1~2", Zhao 2020)
+  int layers = 2;  // thickness of the outer layer in voxels (Zhao 2020: "1~2")
   // Criteria for entering a bed (Zhao 2020, "implant criteria").
   // Tolerance in m for the distance of the tip from the bed's axis, and for its depth below the entry.
   double centre_tolerance = 0.5e-3;
