@@ -18,8 +18,8 @@ struct BenchOptions {
   SharedContactMethod method;  // contact model to measure; null: the default model
 };
 
-/// Measures sliding, drilling, removal, free motion and missed deadlines with one contact model. The default model also
-/// gets rows for its own parts (distance queries, cuts without contact, patches).
+/// Measures sliding, drilling, removal, free motion and deadlines with one contact model. The default model also gets
+/// rows for its own parts (field queries, cuts alone, patches).
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// Measures sphere packings of a ball for different numbers of spheres: coverage, collision, normals, removal and tick
 /// time. `quick`: omits the largest packing and repeats less often.

@@ -155,7 +155,7 @@ class SoftTissue {
     double yield = 0;          // m/N, displacement per force within one tick
     // Data of the contact with the tool.
     bool contact = false;
-    double exit = 0;  // m, depth below the resting point at which the head's surface leaves the tissue
+    double exit = 0;  // m, depth below the resting point down to which the head extends
     // weight 0..1 of the contact: 1 if the head presses the point from above, 0 if the side of the head passes the
     // point
     double weight = 0;

@@ -84,7 +84,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // Removed volume of each tissue: the volume that the carver measured, plus estimates for the cuts since then.
+    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`: estimates for the cuts
+    // since then.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;

@@ -107,8 +107,8 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // Each list has a slightly different margin. Otherwise all lists of a tool that moves steadily would become invalid
-  // in the same tick.
+  // Each list has a different margin. Otherwise all lists of a tool that moves steadily would become invalid in the
+  // same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
