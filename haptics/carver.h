@@ -80,7 +80,7 @@ class Carver {
   std::uint64_t cuts_ = 0;
   Pose end_;                    // pose at which the last cut ended
   std::uint32_t end_tool_ = 0;  // tool of the last cut
-  Nanos cut_t_ = 0;             // time of the last cut
+  Nanos cut_t_ = 0;             // time of the last cut, ns
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction

@@ -49,7 +49,7 @@ struct Driver {
   // true: open_hand() adds the safety layer, the pedal and the pose of the base; the driver's poses are then in the
   // base frame
   bool hardware = true;
-  // opens the hand; throws Error
+  // function that opens the hand; throws Error
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;
   // finds connected devices; may be empty; must not throw if a device is absent
   std::function<std::vector<FoundDevice>()> find;

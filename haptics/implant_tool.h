@@ -38,7 +38,7 @@ struct ImplantTool {
   // rad/s, speed at full pedal with a reduction gear for this tool; 0: no gear, the motor's own speed
   double top_speed = 0;
   bool by_hand = false;        // true: a hand rotates the tool (ratchet), not the motor
-  bool irrigated = false;      // the tool needs cooling water
+  bool irrigated = false;      // true: the tool needs cooling water
   double greatest_torque = 0;  // N·m, largest torque that the manufacturer permits; 0: not stated
   std::vector<double> marks;   // m, heights of the rings of the depth scale above the free end, ascending
 

@@ -28,7 +28,7 @@ class SoftSurface {
     double thickness = 0;  // m, thickness of the soft layer below the point
   };
   struct Link {
-    std::uint32_t point = 0;  // index of the neighbour
+    std::uint32_t point = 0;  // index of the neighbouring point
     double tension = 0;       // N/m, force per difference between the displacements of the two points
   };
   /// `distance`: distance function of the tissue in W, m, negative inside; must be accurate near the surface. `hidden`:
@@ -91,7 +91,7 @@ class SoftTissue {
 
   struct Input {
     Nanos t = 0;
-    double dt = 1e-3;        // s, duration of the tick
+    double dt = 1e-3;        // s, duration of this tick
     Pose X_WG;               // pose of the tool that results from the hand and the hard tissue
     std::uint32_t tool = 0;  // index of the tool
     double cutting = 0;      // m/s, speed of the bur's rim times its cutting coefficient; 0: the tool does not cut

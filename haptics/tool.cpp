@@ -142,7 +142,7 @@ Meridian shaft(const Tool& tool) {
 /// The properties of a shape in scenes.
 struct ShapeKind {
   HeadShape shape;
-  std::string_view name;  // name in scenes
+  std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
   double least_length;  // smallest allowed ratio of length to diameter; 0: any length
 };

@@ -51,7 +51,7 @@ class HeadField {
   // Pieces of the meridian from the free end to the shank end, in double precision. (The class Sweep uses floats.)
   static constexpr int kMaxPieces = 4;
   struct Piece {
-    double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)
+    double ax = 0, az = 0, bx = 0, bz = 0;  // end points a and b of the piece, (ρ, z)
     double dx = 0, dz = 0, inverse2 = 0;    // vector b - a, and 1/|b - a|²
     double cx = 0, cz = 0, radius = 0;      // centre and radius of an arc; radius 0: a straight line
   };

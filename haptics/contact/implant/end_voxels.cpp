@@ -220,7 +220,7 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  Flag labels = 0;  // one bit per tissue label
+  Flag labels = 0;  // one bit for each tissue label
   for (std::size_t i = 0; i < kBlock; ++i) {
     const Flag falls = b.field[i] - b.ahead[i] < static_cast<Real>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;

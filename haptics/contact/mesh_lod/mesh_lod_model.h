@@ -109,7 +109,7 @@ class MeshLodModel final : public ContactModel {
   };
   RecentCuts<Made> made_;
   dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
-  bool cutting_ = false;  // true if the last tick cut
+  bool cutting_ = false;  // true if the bur cut in the last tick
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick
   double measured_ = 1;   // low-pass filtered ratio of measured to estimated volume for the cuts in the last snapshot

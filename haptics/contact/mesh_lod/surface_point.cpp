@@ -205,7 +205,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // the wall is behind the ball
+    if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,

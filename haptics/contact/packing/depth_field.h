@@ -41,7 +41,7 @@ class DepthField {
   glm::ivec3 size_;
   std::ptrdiff_t stride_x_ = 0, stride_y_ = 0;
   std::vector<float> depth_;           // voxels, depth in the tissue; in air, the negative distance to tissue
-  std::vector<Tissue> label_;          // kAir outside the tissue
+  std::vector<Tissue> label_;          // label of each voxel; kAir outside the tissue
   std::vector<std::ptrdiff_t> solid_;  // indices of all voxels with tissue, in ascending order
   PerTissue volume_{};
 };

@@ -23,8 +23,8 @@ class LooseSpheres {
   /// The state of a sphere before a cut changed it.
   struct Changed {
     int sphere;
-    dvec3 center;   // m
-    double radius;  // m
+    dvec3 center;   // m, centre of the sphere
+    double radius;  // m, radius of the sphere
   };
   /// Must be called after each cut, with all spheres that the cut changed (each listed once). Returns the pieces that
   /// this cut detached, as lists of spheres; the tissue still contains these spheres.

@@ -67,7 +67,7 @@ class PackingModel final : public ContactModel {
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool
-  std::unique_ptr<ComputePasses> gpu_;  // null: CPU only
+  std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
   bool gpu_must_win_ = false;           // true: the GPU is used only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;

@@ -153,7 +153,7 @@ class SphereProxy {
   // entries of all near lists, one list after the other, nearest spheres first
   std::vector<Near> near_;
   std::vector<Near> ranked_;                 // the same entries as in near_, but each list in the tree's order
-  std::vector<int> found_;                   // result of one search
+  std::vector<int> found_;                   // indices of the spheres that one search found
   std::vector<Near> found_gaps_;             // gaps of the spheres in found_
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere

@@ -22,7 +22,7 @@ constexpr int kBatch = RoughPlanes::kBatch;
 struct FlatHead {
   const FlatPiece* pieces;
   int count;
-  float cx, cy, cz;  // the head's centre
+  float cx, cy, cz;  // coordinates of the head's centre
   float R[9];        // rotation matrix from T to V, column by column
   float radius;      // radius of a ball; 0 for any other head
   float thickness;   // half the head's width
@@ -147,9 +147,9 @@ struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                                            // index of the first sample of the batch
   F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // initial positions of the samples
-  F8 x[kBatches], y[kBatches], z[kBatches];                      // current positions
+  F8 x[kBatches], y[kBatches], z[kBatches];                      // present positions of the samples
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at the current positions
-  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // direction of the gradient
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // unit direction of the gradient
   // steep: true if the gradient is long enough; again: true if the point is to be moved further
   I8 steep[kBatches], again[kBatches];
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];

@@ -27,7 +27,7 @@ class VertexHead {
   /// Quick test, cheaper than distance(). Returns false only if a point at `off` from the head's centre is certainly
   /// farther than `far` from the head. If it returns true, the point may be near or far. `off` may be up to 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
-    constexpr float kRounding = 1e-8f;  // m, rounding error of floats
+    constexpr float kRounding = 1e-8f;  // m, bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
