@@ -31,8 +31,8 @@ class Carver {
   /// Returns true if `cut` would start a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Undoes or redoes the last stroke; returns false if there is none. Afterwards a new snapshot is due. The servo then
-  /// continues with the edited tissue and does not repeat cuts that it made in older snapshots.
+  /// Undoes or redoes the last stroke; returns false if there is none. Afterwards a new snapshot is due. With this
+  /// snapshot, the servo continues with the edited tissue; it does not repeat cuts that it made in older snapshots.
   bool undo();
   bool redo() { return edit(body_->redo()); }
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.

@@ -61,7 +61,7 @@ class Fill {
 
  private:
   Tissue label_;
-  const Solid* within_;  // limit of the tool, a solid; null: none
+  const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
   HeadField head_;  // voxels, distance field of the head with its exit path
   dvec3 center_;    // voxels, centre of the ball

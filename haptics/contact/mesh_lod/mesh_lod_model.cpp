@@ -21,8 +21,8 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // filter weight of a new measurement, in the running ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts, the bur sinks into its faces. Two limits as ratios to the bur's radius: the overlap of
-// head and faces, and the distance that the bur may cut without a new snapshot.
+// While the snapshot lacks cuts, the bur sinks into the faces of the snapshot. Two limits as ratios to the bur's
+// radius: the overlap of head and faces, and the distance that the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume

@@ -180,8 +180,8 @@ class OffsetModel : public PatchModel {
     dvec3 root{0};
     bool idle = false;  // true if the dome could hardly grow in the last tick
   } filling_;
-  // Search for open places along straight rays from the root. All rays advance together, so the nearest open place is
-  // found first.
+  // Search for open places along straight rays that start where the first dome began. All rays advance together, so the
+  // nearest open place is found first.
   struct OpenPlaceSearch {
     struct Ray {
       int next = 0;       // number of the next sample to examine on this ray

@@ -166,7 +166,7 @@ struct FillingParameters {
   static constexpr double look_step = 0.25;
   static constexpr double step = 0.25;    // voxels; the radius of a dome may always grow by this much in one tick
   static constexpr double most_step = 1;  // voxels, upper limit of the growth of a dome's radius in one tick
-  // s; in one tick, a dome may grow by the waiting volume and by the volume that the instrument delivers in this time
+  // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
   // a dome stops growing if the free fraction of its surface is not larger than this

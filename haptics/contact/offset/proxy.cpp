@@ -137,8 +137,8 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
 }
 
 /// Computes the position of a ball on one smooth wall without the iterative search. Returns false if this is not
-/// possible. `alone`: true if there is no other tissue near the ball. If there is, the caller must check the position
-/// with one iteration of the search.
+/// possible. `alone`: true if there is no other tissue near the ball. If there is other tissue, the caller must check
+/// the position with one iteration of the search.
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;

@@ -296,8 +296,8 @@ void PackingModel::find_near(const Pose& to) noexcept {
 }
 
 /// Returns the energy that a motion costs, in J. For laws older than kLawsOfRings it is an upper bound: if several of
-/// the head's spheres cover the same tissue, it counts once for each of them. `near_to`: end of the motion for which
-/// find_near() was called.
+/// the head's spheres cover the same tissue, this tissue counts once for each of them. `near_to`: end of the motion for
+/// which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
