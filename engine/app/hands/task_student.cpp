@@ -29,7 +29,7 @@ constexpr double kFlatShare = 0.02;    // threshold of a floor's area, as a frac
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;      // voxels, threshold: tissue that is thinner than this gets no pass
+constexpr double kLeastTaken = 0.05;     // voxels, threshold: tissue that is thinner than this gets no pass
 // m, tolerance: a point of a path that is nearer than this to the line between its neighbours is omitted
 constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
