@@ -47,7 +47,7 @@ constexpr Campaign kCampaigns[] = {
      "The tick periods of the hostile hands vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
     {"200 N",
      "A simulated hand of 1 kg presses a tool head of 20 mm on a ball of bone with 200 N while the head slides and "
-     "reams.  The contact stiffness is 60 N/mm"},
+     "reams. The contact stiffness is 60 N/mm"},
     {"fast probe",
      "The tip of an explorer (0.25 mm) slides over the edges of a box, a groove and the dental arch with 30, 60 and "
      "120 mm/s, at a depth of half its radius"},
