@@ -378,9 +378,9 @@ page does not show.
   and hip socket (a mesh). All tissues have a stiffness of 1 N/mm, a specific energy of 8 J/mm³ and a friction
   coefficient of 0.15.
 - **Hand and clock**. The tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
-  path regardless of the force, so all models get the same input bit for bit. The tests use no friction (except in the
-  drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through sheets and hostile hands are
-  random with the seed 1, so their errors are reproducible.
+  path regardless of the force, so all models get the same input bit for bit. The tests of the contact models use no
+  friction (except in the drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through
+  sheets and hostile hands are random with the seed 1, so their errors are reproducible.
 - **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
   shape. The exact solution is computed by sequential quadratic programming in double precision
   (`haptics/bench/reference_contact.h`).
