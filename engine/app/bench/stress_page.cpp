@@ -63,8 +63,8 @@ constexpr std::string_view kUnpaidLeap =
     "The proxy stays above the sheet, but the hand did no work against the force during the jump. The passivity "
     "controller therefore removes the force while the hand rests";
 constexpr std::string_view kFissures =
-    "The model generates energy only on the dental arch, with forces of 0.06 N, because a scripted hand changes its "
-    "direction at the fissures faster than the passivity controller predicts";
+    "In the campaign \"fast probe\", this contact model generates energy only on the dental arch, with forces of 0.06 "
+    "N, because a scripted hand changes its direction at the fissures faster than the passivity controller predicts";
 constexpr Cause kCauses[] = {
     {"thin wall", "offset", kUnpaidLeap},
     {"thin wall", "implant", kUnpaidLeap},
@@ -73,10 +73,11 @@ constexpr Cause kCauses[] = {
     {"thin wall", "voxel_penalty",
      "Without a proxy, nothing stops a hand that passes through the wall between two ticks"},
     {"fast probe", "voxel_penalty",
-     "The springs of the model are weaker if fewer than ten sample points have contact, and a tip as small as a voxel "
-     "has few sample points"},
+     "The springs of `voxel_penalty` are weaker if fewer than ten sample points have contact, and a tip as small as a "
+     "voxel has few sample points"},
     {"carver stalls", "voxel_penalty",
-     "The model has no tissue outside its patch, and no plane of a last contact that could stop the hand there"},
+     "The model `voxel_penalty` has no tissue outside its patch, and no plane of a last contact that could stop the "
+     "hand there"},
     {"fast probe", "packing",
      "The gaps between 10,000 spheres are as wide as the tip of the explorer, so the tip falls into them. Use more "
      "spheres, or another contact model for explorers"}};
