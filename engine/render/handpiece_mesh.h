@@ -24,7 +24,7 @@ struct HandpieceVertex {
 
 /// A sphere swept along a line while its radius changes linearly: the shape that casts the shadow.
 struct RoundCone {
-  dvec3 a{0}, b{0};       // m, H, centres of the two ends
+  dvec3 a{0}, b{0};       // m, frame H, centres of the two ends
   double ra = 0, rb = 0;  // m, radii at a and b
 };
 

@@ -143,7 +143,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The latest tick is from the previous turn, so all its cuts are applied now. A tick without a valid pose is ignored.
+  // This tick was received in the previous turn, so repeat_cuts() has already applied all its cuts. A tick without a
+  // valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);

@@ -1,5 +1,6 @@
 // The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
-// contains the objects that both pictures share: views, debris, level of detail, quality ladder. Drawing thread only.
+// contains the objects that both pictures share: views, debris, level of detail, choice of the quality. Drawing thread
+// only.
 #pragma once
 
 #include <array>
@@ -143,7 +144,7 @@ class LivePicture {
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
   bool drew_last_ = false;         // true if the last turn drew a frame
-  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that the quality ladder evaluated
+  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that QualityLadder evaluated
   std::optional<SeenFrom> seen_;   // viewpoint and view that were recorded last
   int implant_section_ = 0;        // section through the implant: 0 along the arch, 1 across it
 };

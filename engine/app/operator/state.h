@@ -67,7 +67,7 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   /// import a scan or mesh with the settings in ImportForm; on the scan page: import the selected region
   kImport,
-  kLookAtScan,     // show the scan that ImportForm names, before its import
+  kLookAtScan,     // show the scan whose path is in ImportForm, before its import
   kFuse,           // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
   kFuseDropPoint,  // remove the last point that the user picked
   kFuseRegister,   // register the intraoral scan by the picked points
@@ -95,7 +95,7 @@ struct SceneChoice {
   std::string title, description;
   std::string fault;  // reason why the scene cannot be used; empty if it can be used
   int picture = -1;   // index of its picture in OperatorState::pictures; -1: none
-  std::string model;  // the scene's contact model (the default if the scene names none)
+  std::string model;  // the scene's contact model (the default if the scene states none)
   bool own = false;   // true: the user created this scene; false: it is shipped
   // True if an implant can be planned in this scene: it is an implant exercise, or a volume of the user's own.
   bool jaw = false;

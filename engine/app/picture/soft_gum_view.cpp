@@ -10,7 +10,7 @@ namespace typodont {
 
 namespace {
 
-// ratio to the distance between two points of the gum: radius in which a point moves vertices
+// ratio: the radius in which a point of the gum moves vertices, to the distance between two points of the gum
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
 constexpr int kSplits = 4;          // limit of the number of times that an edge is halved

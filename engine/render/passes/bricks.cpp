@@ -251,8 +251,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns the plane, in mesh coordinates, beyond which another body covers the mesh's first bricks in this view; zero:
-/// no plane.
+/// Returns the plane, in mesh coordinates, beyond which another body covers, in this view, the bricks that the mesh had
+/// at the start; zero: no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
