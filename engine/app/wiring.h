@@ -1,5 +1,6 @@
-// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads.
-// Drawing thread: the trainee's picture. User interface: the operator's window.
+// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads. In
+// the comments below, "drawing thread" is the thread that draws the trainee's picture, and "user interface" is the
+// operator's window.
 #pragma once
 
 #include <array>

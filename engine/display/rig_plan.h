@@ -39,8 +39,8 @@ struct Face {
 };
 
 struct BenchPlan {
-  DisplayRig rig;                // panel, mirror and eyes; the arm's middle is at the origin
-  Screen picture;                // the panel's mirror image, where the user sees the picture
+  DisplayRig rig;  // panel, mirror and eyes; the arm's middle is at the origin
+  Screen picture;  // the panel's mirror image, where the user sees the picture
   /// m, frame W: corners of the smallest glass: near left, near right, far right, far left
   std::array<dvec3, 4> glass{};
   double glass_width = 0, glass_length = 0;  // m, size of this glass

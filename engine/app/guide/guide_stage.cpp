@@ -399,7 +399,8 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // This must be read before take(). So if the hand has ended, take() still returns its last press.
+      // This must be read before take() is called. Otherwise the hand could end between the two calls, and its last
+      // press would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);

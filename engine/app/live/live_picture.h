@@ -28,8 +28,9 @@ class LivePicture {
     bool operated = false;  // true: the operator's window shows the session's texts, so the picture shows none
     bool steered = false;   // true: an experiment asks about the force, so the picture does not show the force
     bool embedded = false;  // true: the picture appears in the operator's window; false: it has its own window
-    bool cursor = false;    // true: draws a cursor in space, for a hand that the user sees only on the screen
-    int monitor = -1;       // number of the monitor for full screen; -1: no full screen
+    /// true: draws dots and a ring that show the point below the tool, for a hand that the user sees only on the screen
+    bool cursor = false;
+    int monitor = -1;  // number of the monitor for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
     /// the operator's GPU device; null: the picture creates its own device
     gpu::Device* device = nullptr;

@@ -81,7 +81,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     list_folder(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // Each folder has a popup with a new name, because ImGui selects the first line when a popup is opened.
+  // The popup gets a new name whenever a folder is opened, because ImGui selects the first line of a new popup.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

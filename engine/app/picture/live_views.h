@@ -37,8 +37,8 @@ class LiveViews {
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The next functions are called by the drawing thread. attach() sets the stage that draws a picture; null removes the
-  // picture.
+  // The next functions are called by the drawing thread. attach() sets the stage (PictureStage) that draws a picture;
+  // null removes the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Receives the bricks that the carver has changed.
   void take(MeshBatch bricks);
