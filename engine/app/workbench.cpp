@@ -351,7 +351,7 @@ void Workbench::Impl::advance_sound() {
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
-/// Runs one turn of the drawing thread: draws a frame or waits for a short time. Returns false at the end of the
+/// Runs one pass of the drawing loop: draws a frame or waits for a short time. Returns false at the end of the
 /// session.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;

@@ -399,7 +399,7 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // This must be read before take() is called. Otherwise the hand could end between the two calls, and its last
+      // ended() must be read before take() is called. Otherwise the hand could end between the two calls, and its last
       // press would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {

@@ -143,8 +143,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // This tick was received in the previous turn, so repeat_cuts() has already applied all its cuts. A tick without a
-  // valid pose is ignored.
+  // This tick was received in the previous call of turn(), so repeat_cuts() has already applied all its cuts. A tick
+  // without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
@@ -181,8 +181,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    // The expert requests a copy after its last cut. This cut may have arrived during this turn, so it is applied
-    // first.
+    // The expert requests a copy after its last cut. This cut may have arrived during this call of turn(), so it is
+    // applied first.
     repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
@@ -222,7 +222,7 @@ namespace {
 
 void carve(LiveSession& s) {
   CarverTurns turns(s);
-  int idle = 0;  // number of consecutive turns without work
+  int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
     // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it

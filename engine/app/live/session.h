@@ -79,8 +79,8 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the turns
-/// of all loops in any order.
+/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the
+/// functions turn() of all loops in any order.
 class ServoTurns {
  public:
   /// `clock`: returns the time in ns; any steady clock.
@@ -114,12 +114,12 @@ class ServoTurns {
 /// The carver's loop. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
-  /// `between`: function that is called between the steps of a turn, so that a test can run the servo there. Empty in a
+  /// `between`: function that is called between the steps of turn(), so that a test can run the servo there. Empty in a
   /// live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // true: the turn had work to do
+    bool worked = false;   // true: this call of turn() had work to do
     bool awaited = false;  // true: the servo has not yet adopted the patch that the carver offers
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new patch if one is due, and meshes the changed

@@ -149,7 +149,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // this program ended without failure; the next call checks the others
+    return std::nullopt;  // the started program ended without failure; the next call checks the other programs
   }
   return std::nullopt;
 }
