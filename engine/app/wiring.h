@@ -25,7 +25,8 @@
 
 namespace typodont {
 
-/// A list of changed bricks. The carver meshes the bricks; the renderer uploads them and then deletes the list.
+/// A list of changed bricks (blocks of the tissue's mesh). The carver meshes the bricks; the renderer uploads them and
+/// then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain

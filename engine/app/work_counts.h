@@ -13,7 +13,8 @@ struct WorkCounts {
   // Number of searches for tissue by contact models that represent tissue as spheres, triangles or vertices
   // (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
-  std::uint64_t patches = 0;     // number of patches that were created for the servo
+  /// number of patches (copies of the tissue around the tool) that were created for the servo
+  std::uint64_t patches = 0;
   std::uint64_t voxels_cut = 0;  // number of voxels that cuts and fillings processed
   // Counts of the surface and of the pictures.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;

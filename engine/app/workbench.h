@@ -95,7 +95,7 @@ struct WorkbenchStatus {
   double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
   /// N, force limit at the present heat of the motors; 0: the device does not report it
   double bearable_force = 0;
-  bool armed = true;    // true: the force is enabled, because the hand has been free of contact
+  bool armed = true;    // true: the device may push the hand, because the hand has been free of contact
   LoopGranted granted;  // real-time rights that the system granted to the servo loop
   /// names of the real-time rights that the system refused; empty: all were granted
   std::string_view real_time;

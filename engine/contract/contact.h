@@ -14,8 +14,9 @@ namespace typodont {
 /// message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,    // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
-  kStalePatch = 1u << 1,  // a new patch is more than 20 ms late: the force is computed with the old patch
+  kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
+  /// a new patch (copy of the tissue around the tool) is more than 20 ms late: the force is computed with the old patch
+  kStalePatch = 1u << 1,
   // The tool left the patch. A tool in contact feels the last contact plane, and a tool without contact gets zero
   // force.
   kPatchEdge = 1u << 2,

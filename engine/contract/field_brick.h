@@ -24,8 +24,9 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  std::array<float, kCount> distance;  // signed distance in voxels, negative inside the tissue, clamped to the band
-  std::array<Tissue, kCount> tissue;   // kAir only where no tissue is near
+  /// signed distance in voxels, negative inside the tissue, clamped to the width of the band
+  std::array<float, kCount> distance;
+  std::array<Tissue, kCount> tissue;  // kAir only where no tissue is near
 };
 
 /// Position of the voxel grid in frame W: p_W = origin + voxel · index. The distance field and the tissue labels have

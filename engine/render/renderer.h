@@ -43,7 +43,7 @@ struct Vertex {
 /// m, limit: thicker tissue lets no visible light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
 
-/// The present content of one brick of a mesh. An empty content removes the brick.
+/// The present content of one brick (a block of triangles) of a mesh. An empty content removes the brick.
 struct MeshUpdate {
   std::uint64_t brick = 0;  // any number that is unique in its mesh
   std::vector<Vertex> vertices;

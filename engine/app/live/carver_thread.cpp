@@ -54,9 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends bricks to a picture. While the picture's GPU device is created again, the picture accepts no bricks. Then the
-/// bricks that do not fit into the ring are kept here, each in its latest version. A lost brick would be drawn in its
-/// old form until the next cut.
+/// Sends bricks (blocks of the tissue's mesh) to a picture. While the picture's GPU device is created again, the
+/// picture accepts no bricks. Then the bricks that do not fit into the ring are kept here, each in its latest version.
+/// A lost brick would be drawn in its old form until the next cut.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}

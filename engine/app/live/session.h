@@ -171,8 +171,8 @@ class StreamTurns {
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue. Repeats the servo's cuts on it, creates patches from it, meshes its changes, and executes undo.
-/// Ends the session if memory is exhausted.
+/// Owns the tissue. Repeats the servo's cuts on it, copies patches (the tissue around the tool) from it for the servo,
+/// meshes its changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
 /// Writes the data for the recording, which the other threads put into rings, to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);

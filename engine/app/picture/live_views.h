@@ -1,7 +1,7 @@
 // Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the
 // ideal. Also the score so far. A separate thread computes these data from copies that the carver makes, so that the
-// hand never waits. All bricks that were drawn are stored, so that a picture can be added or changed at any time. The
-// thread starts immediately if the score is shown, otherwise when a picture needs it.
+// hand never waits. All bricks (blocks of the tissue's mesh) that were drawn are stored, so that a picture can be added
+// or changed at any time. The thread starts immediately if the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>

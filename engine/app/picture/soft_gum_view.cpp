@@ -194,7 +194,7 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Opacity of the blood at a point of the undeformed surface. The rim of a patch is uneven.
+/// Opacity of the blood at a point of the undeformed surface. The rim of a patch of blood is uneven.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {

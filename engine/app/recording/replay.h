@@ -1,5 +1,5 @@
 // Replays a session from the recorded motion of its hand. The result equals the session bit for bit. The servo begins
-// to use each patch at the same tick as in the session.
+// to use each patch (a copy of the tissue around the tool) at the same tick as in the session.
 #pragma once
 
 #include <cstdint>

@@ -189,7 +189,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Writes directly into memory that the GPU reads. The range is new, so no unfinished frame reads it.
+    // Writes directly into memory that the GPU reads. The range of the memory is new, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));

@@ -1,4 +1,5 @@
-// All bodies made of bricks: their GPU memory, the selection of visible bricks, and their draw commands.
+// All bodies made of bricks (blocks of triangles): their GPU memory, the selection of visible bricks, and their draw
+// commands.
 #pragma once
 
 #include <deque>
