@@ -67,8 +67,8 @@ class LivePicture {
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
   /// `tick` receives the latest tick.
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
-  /// Draws the picture from the free viewpoint if it is requested and its interval has passed. `dt`: s since the last
-  /// pass of the drawing loop.
+  /// Draws the picture from the free viewpoint if it is requested and the interval since its last frame has passed.
+  /// `dt`: s since the last pass of the drawing loop.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
   /// Sets the free viewpoint and the size of its picture in pixels. A size of 0 switches this picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);

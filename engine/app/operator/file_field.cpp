@@ -49,8 +49,8 @@ namespace widgets {
 
 namespace {
 
-/// Returns the folder that the list shows first. It is the folder of the typed path, or the home folder if the path has
-/// none.
+/// Returns the folder that the list of files shows first. It is the folder of the typed path, or the home folder if the
+/// path has none.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -60,7 +60,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// Draws a line of the list. Returns true if the user chose this line by mouse, Space or Enter.
+/// Draws a line of the list of files. Returns true if the user chose this line by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));

@@ -261,7 +261,7 @@ struct OperatorState {
   std::vector<std::string> models;  // names of the contact models
   int model = -1;                   // index of the selected model in `models`; -1: the exercise's own model
   std::vector<std::string> monitors;
-  int scene_shown = -1;  // index of the scene to which the list was last scrolled
+  int scene_shown = -1;  // index of the scene to which the list of scenes was last scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
   std::array<char, 256> address{};  // address of a hand that the user types
   std::array<char, 128> trainee{};
@@ -286,7 +286,7 @@ struct OperatorState {
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
   float paint_hardness = 1;  // 0..1, hardness that the next strokes of the brush give to the tissue
-  int step_shown = -1;       // index of the step to which the list was last scrolled
+  int step_shown = -1;       // index of the step to which the list of steps was last scrolled
   SessionSettings settings;
   bool recording = false;
   bool keep = false;          // true: the recording is kept at the session's end
