@@ -17,9 +17,11 @@ namespace typodont::haptics {
 /// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow
 /// or irregular clock.
 struct PassivityLaw {
-  double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
+  // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
+  double margin = 2.5;
   double memory = 0.05;  // s, time constant of the memory of retreats
-  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick is expected to
+  // continue inward
   double turning = 2;
   // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;

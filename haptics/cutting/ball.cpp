@@ -26,7 +26,8 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  int lo_x, lo_y, lo_z;  // voxel of the first sample, relative to the base
+  // voxel of the first sample, relative to the sweep's base voxel, from which positions are measured
+  int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
@@ -36,14 +37,14 @@ struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
   F8 u[kRowBatches], v[kRowBatches];                                      // terms of eight rows, see carve_block()
   I8 base[kRowBatches];                                                   // index of the row's first sample
-  // z of eight samples relative to A (the beginning of the sweep); the samples begin at each index
+  // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
   std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where the new value is above
-/// -kMargin. `narrow`: rows are shorter than a group.
+/// Raises the samples of some groups (eight samples along z each): new = max(old, min(radius - distance, kInner)), if
+/// this is above -kMargin. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -110,7 +111,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends the entries whose lanes are set in a mask.
+/// Appends to the list of groups those elements of `entries` whose lane is set in `mask`.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -154,7 +155,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For eight rows, computes the samples that can change: an interval [low, high) with a hole.
+      // For eight rows, computes the samples that can change: an interval [low, high) without the samples of the hole,
+      // where the ball has already removed everything.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -239,18 +241,19 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
 /// The blocks around a ball, the path length at which each block is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // pointer to the label of the sample at the origin
+  const Tissue* tissue;  // pointer to the label of the front's first voxel
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
-  float* due;                   // pointer to the path length at which the block at the origin must be examined again
+  float* due;                   // pointer to the path length at which the front's first block must be examined again
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  // Layers of blocks are assigned to the parts in turn. `parts`: number of parts; `part`: index of this part;
-  // `first_layer`: part of the first layer.
+  // The lists of the front consist of parts. Successive layers of blocks along x belong to successive parts,
+  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
+  // the first layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
   // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
@@ -312,8 +315,9 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Raises the samples of all blocks that are due, and computes the path length at which each of them is due again.
-/// Lists the groups that may change until the head has moved by `ahead`.
+/// Cuts all blocks that are due, that is, blocks that must be examined at the head's present path length. Computes the
+/// path length at which each of them is due again. Also lists the groups of samples that may change until the head has
+/// moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -481,7 +485,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Groups extend beyond the sweep, and the lists are from a time when the head was up to one voxel away.
+  // The tables of heights must extend beyond the sweep, because groups extend beyond it, and because the lists were
+  // made when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -29,7 +29,8 @@ struct FillBlock {
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// Lowers the distances of a block; see Fill::lower().
+/// Adds the filling to a block: reduces each distance to the distance from the filling, if this is smaller.
+/// Fill::lower() explains the arguments.
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

@@ -199,9 +199,9 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Tests for each of two neighbouring pieces whether it alone can be nearest to any of `count` samples along z while
-/// the head moves by `ahead`. Returns one bit for each piece. `first`, `last`: indices of the two pieces, or of one
-/// piece. `v`: the first sample relative to the head, in V.
+/// For each of two neighbouring pieces of the meridian, tests whether this piece alone is nearest to all of `count`
+/// samples along z while the head moves by `ahead`. Returns one bit for each piece, which is 1 if this is the case.
+/// `first`, `last`: indices of the two pieces, or of one piece. `v`: the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -263,7 +263,8 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Tries to replace the kind of a group of samples by a kind with a single piece. The group begins at
+  /// The `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a single
+  /// piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group begins at
   /// `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
@@ -283,8 +284,9 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // For a motion along the axis, samples above two limits do not change. Within a block, z and rho + z differ from
-    // the values at the centre by at most kHalf and √2 kHalf.
+    // If the head moves along its axis, samples above its end and beside its flank do not change
+    // (Straight::still_above). The test uses the block's centre. Within a block, z and rho + z differ from the values
+    // at the centre by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
@@ -376,7 +378,8 @@ class HeadPass {
   int lanes_ = 0;
 };
 
-/// Returns the kind of a group that spans two neighbouring blocks.
+/// Returns the kind (the set of pieces that can be nearest) of a group that spans two neighbouring blocks with the
+/// kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -433,8 +436,9 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises the samples of all due blocks of a part, and computes the path length at which each block is due again. Lists
-/// the groups that may change until the head has moved by `ahead`.
+/// Cuts all blocks of one part of the front that are due, that is, blocks that must be examined at the head's present
+/// path length. Computes the path length at which each of them is due again. Also lists the groups of samples that may
+/// change until the head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -539,8 +543,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and the lists are from a time when the head was up to one voxel away.
-    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
+    // The tables of heights must extend beyond the sweep, because groups extend to the ends of their blocks, and
+    // because the lists were made when the head was up to one voxel away. Lists that were made before the head moved
+    // along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);

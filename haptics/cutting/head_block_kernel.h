@@ -72,7 +72,8 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // The slack is valid for every motion. The list is valid only for motions of the present kind.
+        // The slack must be valid for every motion, so it uses `depth`. The list is valid only for the present kind of
+        // motion, so it uses `moving`: samples that a motion along the axis does not change count as outside.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);

@@ -97,7 +97,8 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
+/// Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -111,7 +112,7 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. Each struct below
-/// computes the depth below one kind of piece, for a run of groups.
+/// computes the depth below one kind of piece, for consecutive groups.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -325,7 +326,8 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
+/// Returns true if a sample changed.
 TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

@@ -211,12 +211,13 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// This function is used only for centres that are not outside the head; most centres are outside.
+/// Computes the distance of each centre from each piece of the meridian. It is called only if a centre is not outside
+/// the head, because most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // The kernel assigns an arc's second end to the next piece.
+    // The kernel assigns an arc's second end to the next piece, so the distance from this end is computed here.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -408,7 +409,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
   // Upper bound of the error of a tangent. It has three parts: rounding; near a corner, twice the distance to the
-  // corner; and the rounding of the path's direction
+  // corner; and the rounding of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }

@@ -62,8 +62,8 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 }
 
 /// Returns the mask of the samples whose depth may have been larger than both their present depth (by a relevant
-/// amount) and `least`, on the path back to the previous pose. The depth initially grows by `growth` / `scale`, and
-/// never faster.
+/// amount) and `least`, on the path back to the previous pose. Over the whole path back, the depth grows by at most
+/// `growth` / `scale`, because it grows fastest at the start.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));

@@ -181,8 +181,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole,
-/// where the teeth do not move.
+/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole of
+/// the head (on the axis), where the teeth do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);

@@ -33,7 +33,7 @@ inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// A box of bricks, inclusive.
+/// A box of bricks (cubes of 16³ cells, see FieldBrick); both corners are included.
 struct BrickBox {
   glm::ivec3 lo, hi;
   template <class F>

@@ -193,7 +193,8 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts during free motion. It does not cut while the jump of the last change of state still fades.
+  // Only a round bur cuts during free motion. It does not cut while the jump of its pose at the last change of state
+  // still fades.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -269,7 +270,8 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in the bed. The tool then moves freely, and the jump between the two poses fades.
+/// Ends the motion in the bed. The tool then moves freely, and the jump from the pose in the bed to the free pose fades
+/// gradually.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;

@@ -28,7 +28,7 @@ struct ToolVoxels {
   // number of voxels that lie in front of the head's end and outside the head; they touch bone when the tool advances
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that these `ahead` voxels represent; the other voxels of the end lie inside the head
+  // fraction of the end's area that the first `ahead` voxels represent; the other voxels of the end lie inside the head
   double ahead_share = 1;
 };
 

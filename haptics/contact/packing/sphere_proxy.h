@@ -65,11 +65,13 @@ class SphereProxy {
   /// searches the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Same result as SphereTree::near_segment() for the motion of one tool sphere from the proxy's pose to `to`.
+  /// Finds the tissue's spheres near the motion of one tool sphere from the proxy's pose to `to`, with the same result
+  /// as SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<int> found) const noexcept;
 
-  /// Same result as SphereTree::near_segment() for one tool sphere at the proxy's pose, enlarged by `epsilon` (m).
+  /// Finds the tissue's spheres near one tool sphere at the proxy's pose, if the tool sphere is enlarged by `epsilon`
+  /// (m), with the same result as SphereTree::near_segment().
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<int> found) const noexcept;
 

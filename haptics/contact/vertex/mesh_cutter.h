@@ -14,7 +14,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length that the head requires.
+/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length of the cut surface, which depends on
+/// the head.
 struct CutParameters {
   // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
