@@ -35,7 +35,8 @@ struct Block {
 /// share.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
-  F8 u[kRowBatches], v[kRowBatches];                                      // terms of eight rows, see carve_block()
+  // terms of the distance that are equal for all samples of a row, for eight rows
+  F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];                                                   // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
@@ -270,8 +271,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. Same row terms as in
-/// carve_block().
+/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. `u`, `v`: terms of the
+/// distance that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -293,7 +294,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Data that the samples of a row have in common, for eight rows.
+/// Computes the terms of the distance that are equal for all samples of a row, for eight rows.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;

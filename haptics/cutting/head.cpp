@@ -482,7 +482,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               slack = clipped ? 0 : found.slack;  // nothing is known about the rest of the block
               kinds[z - z0] = block.kind;
             }
-            // Samples that remain after the cut at A are examined again at B.
+            // After the cut at pose A (k = 0), every block is due at once, because its remaining samples are examined
+            // again at pose B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0 || !(ahead > 0)) continue;

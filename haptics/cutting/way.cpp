@@ -471,7 +471,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     glm::ivec3 begun[8];
     float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
     const auto note = [&](float* at, float slack) {
-      // only the last part of the path determines when blocks are due
+      // only the last segment of the path determines at which path length a block is due
       if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;

@@ -48,7 +48,7 @@ struct CouplingParameters {
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J, energy that a rise of the stiffness may store in the coupling even if the ledger holds less
+  // J, energy that a rise of the stiffness may store in the coupling even if the energy ledger holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
@@ -61,10 +61,10 @@ struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
   static constexpr double lag_limit = 0.05;  // N, limit of the force difference that drilling_slew may hold back
-  static constexpr double debt = 2e-9;       // J, limit: a smaller debt of the ledger counts as rounding
-  // N, force that the coupling may always give, even if the ledger is empty
+  static constexpr double debt = 2e-9;       // J, limit: a smaller debt of the energy ledger counts as rounding
+  // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
+  // Limit of the ratio between the coupling's force and the force that the energy in the energy ledger can pay for
   static constexpr double unpaid_ratio = 2;
 };
 

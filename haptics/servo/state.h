@@ -85,8 +85,9 @@ struct Servo::State {
     double speed = 0;         // rad/s, free-running speed
     double phase = 0;         // rad, angle of the spindle
     double budget = 0;        // J, energy that may be spent; negative: tissue was removed in advance
-    double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
-    double wall_budget = 0;   // J, part of the budget that may be spent on the wall
+    // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+    double wall = 0;
+    double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -109,14 +110,14 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits of the force, the last force, and the energy that the ledger allows.
+  /// Limits of the force, the last force, and the energy that the energy ledger allows.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
     // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
     double given = 0;
-    /// true if the ledger holds far less energy than the coupling; then the ledger limits the force
+    /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force at start and end
     bool ending = false;

@@ -212,7 +212,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Checks the four entry criteria for each bed. Returns true if the tool has entered a bed.
+/// Checks the four criteria for entering a bed (Zhao 2020), for each bed. Returns true if the tool has entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;

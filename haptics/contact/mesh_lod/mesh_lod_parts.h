@@ -39,7 +39,7 @@ struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the size of the tool and `travel`
   static constexpr double margin = 0.5e-3;
-  // ns, time between two updates of the geometry (30 Hz, as in the paper)
+  // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;
 };
 

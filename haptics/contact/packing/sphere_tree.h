@@ -43,7 +43,8 @@ class SphereTree {
   /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// Same as first_hit(), but tests only the given spheres (at most kWide). The result has the same bits.
+  /// Returns the first sphere that the moving sphere touches, as first_hit() does, but tests only the given spheres (at
+  /// most kWide). The result has the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Writes to `found` the indices of the spheres that are nearer than `reach` to the segment from a to b. Their order

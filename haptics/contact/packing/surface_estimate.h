@@ -43,7 +43,8 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;
 
-/// Same as the other estimate_surface(), but uses the near lists of `proxy`. The result has the same bits.
+/// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the spheres in the near
+/// lists of `proxy`.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
                                  double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
 

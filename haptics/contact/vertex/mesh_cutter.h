@@ -66,7 +66,7 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The algorithm as printed in the paper: vertices inside the head at B move away from its centre or axis. No face is
+  /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 

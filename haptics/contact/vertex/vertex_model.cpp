@@ -330,7 +330,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The algorithm as printed in the paper: the head is at the hand, and each vertex inside the head pushes back.
+/// The algorithm as printed in paper S4: the head is at the hand, and each vertex inside the head pushes back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
