@@ -35,7 +35,8 @@ struct HeadBlock {
 
 /// Further results of carve_head_block().
 struct BlockSlack {
-  float ahead = 0;       // voxels, input: samples with less slack than this value are marked in `live`
+  // voxels, input: samples that may change before the head has moved this far are marked in `live`
+  float ahead = 0;
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
   // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
   std::uint64_t* live = nullptr;
@@ -148,7 +149,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined, but what() does not need it then.
+  // If the centre lies on the surface, the direction is undefined, but it is not needed then.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;

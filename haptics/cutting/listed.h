@@ -27,7 +27,8 @@ struct Capsule {
 /// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
+  // position of the first block's first voxel, relative to the base voxel from which `c` is measured
+  glm::ivec3 origin;
   float* distance;    // pointer to the distance of the sample at the origin
   struct {            // tables, indexed by the height (z)
     float* apart;     // distance from A along z; if the ball at B covers everything: squared distance from B along z
@@ -46,7 +47,9 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of the groups' positions, relative to the pose's base
+  // Returns how many samples, from the start of a group (at most `lanes`), have the same label. A sample of air without
+  // any volume of tissue counts as having the label of the others.
+  glm::ivec3 origin;
   float* distance;
   float* along[3];  // table by height: coordinates along x, y, z in T
   CutFront::Listed groups;

@@ -118,9 +118,10 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 /// perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // n·w is maximized over the normals n of these pieces. The normals rotate from the first piece's normal to the last
-  // piece's normal. At a tip, they rotate from the downward direction to the last piece's normal. If the direction of w
-  // lies in this range, it is the normal with the maximum, and the maximum is |w|.
+  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
+  // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
+  // to the last piece's normal. If the direction of w lies in this range, it is the normal with the maximum, and the
+  // maximum is |w|.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

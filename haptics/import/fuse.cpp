@@ -231,7 +231,7 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // Pairs of the distance of a triangle to the CT's surface (m) and the area of the triangle (m²).
+    // For each triangle: its distance from the CT's surface (m) and its area (m²).
     std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);

@@ -137,8 +137,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Returns the part of P::waiting_slew (N in this tick) that the change of the depth does not use. Other changes of the
-/// force may use this part.
+/// The normal force may change by at most P::waiting_slew. Returns the part of this change (N in this tick) that the
+/// change of the depth leaves for other causes.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;

@@ -10,8 +10,8 @@ namespace {
 
 /// Parameters of the model that do not depend on the material.
 struct SoftParameters {
-  // Number of alternating solutions for the points and for the tool in a tick. Because of the viscous term, they
-  // converge quickly.
+  // In each tick, the positions of the points and of the tool are computed alternately this number of times. Because of
+  // the viscous term, they converge quickly.
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness

@@ -18,8 +18,8 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance of the final depth of an implant, and of its distance from the bottom of the bed
 constexpr double kSeated = 0.05e-3;
-// Width of the torque range directly below a motor's largest torque in which the motor slows down to a stop, as a ratio
-// to the largest torque.
+// A motor slows down to a stop when its torque comes near its largest torque. Width of this range of torque below the
+// largest torque, as a ratio to the largest torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
 constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis when the depth of the bed is measured
