@@ -135,7 +135,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
   // If the sweep continues another sweep, everything in this ball around A is already empty.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  const float first = c.az - static_cast<float>(block.lo_z);  // z of A (the beginning of the sweep) relative to the row
+  // z of A (the beginning of the sweep), counted from the first sample of a row
+  const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
@@ -165,7 +166,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // These bounds are truncated to integers later. Because of the + 1 this rounds up, since all values are positive.
+      // These bounds are truncated to integers later. All values are positive, so adding 1 and truncating rounds them
+      // up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -519,8 +521,9 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once,
-  // their lists get different lifetimes, so that they expire at different times.
+  // A list of groups is valid until the head has moved by a fixed path length. A fast head would reach it at once, so
+  // no list is made. If several parts are listed at once, their lists get different lifetimes, so that they expire at
+  // different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

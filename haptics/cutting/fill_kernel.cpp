@@ -30,7 +30,8 @@ constexpr int kLanes = 8;
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord
 
-/// Eight samples of a row. Samples outside the block count as full, so that nothing lowers them.
+/// Eight samples of a row. Samples outside the block count as completely filled, so that the filling does not change
+/// them.
 struct Lanes {
   float* at;
   int from, to;  // range of the lanes that lie in the block

@@ -234,8 +234,9 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// Begins a pass for one end of the head's motion. `after`: true if the head was already cut out at the other end.
-  /// `ahead`: path length for which the results must be valid.
+  /// Begins a pass for the head's pose at the beginning or at the end of its motion. `after`: true if the tissue inside
+  /// the head was already removed at the other of these two poses. `ahead`: path length for which the results must be
+  /// valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -294,7 +295,7 @@ class HeadPass {
       return Work::kNone;
     }
     slack = kNoEnd;
-    // The block was deep in the head at the previous pose, so it is empty already.
+    // The block was deep inside the head at the other pose, where the tissue was already removed. So it is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;

@@ -24,7 +24,8 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
+/// A cut by a ball, and the active front of its patch (CutFront), as plain data. Positions are relative to the first
+/// voxel of the front's first block.
 struct BallFront {
   Capsule c;
   // position of the first block's first voxel, relative to the base voxel from which `c` is measured
@@ -43,7 +44,7 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// A cut by a head that is not a ball, and its front, as plain data.
+/// A cut by a head that is not a ball, and the active front of its patch (CutFront), as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;

@@ -141,7 +141,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Computes the depth below one or two pieces, including their ends.
+/// Computes the depth of samples below one or two pieces of the meridian, including the ends of the pieces.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -339,7 +339,8 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece is the head's end. Samples that are nearest to other pieces do not change.
+    // The first piece of the meridian is the head's end. In a motion along the axis, samples that are nearest to other
+    // pieces do not change.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

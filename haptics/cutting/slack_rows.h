@@ -37,7 +37,7 @@ class SlackRows {
   }
 
  private:
-  // number of samples per stored row; larger than kStretch, because a group may extend beyond the interval
+  // number of samples per stored row; larger than kStretch, because a group may extend beyond these samples
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 

@@ -147,7 +147,7 @@ struct Centres {
   // `emptied`, the block is treated as a whole
   float outside, emptied;
   F8 x, y, z;        // positions of the samples, relative to the first pose's base
-  F8 best, top;      // lower and upper bound of the depth
+  F8 best, top;      // lower and upper bound of the largest depth of each centre
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest
 };
@@ -189,7 +189,8 @@ struct AtStart {
     return set;
   }
   /// Returns true if the head recedes from all samples of the block. Depth is concave along the path, so each sample is
-  /// then deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
+  /// then deepest at the beginning of the path. `rounding`: upper bound of the rounding error of the path's component
+  /// along a normal.
   bool recedes(const Straight& way, int lane, float rounding) const {
     const unsigned set = nearest_within(kHalf, lane, way.count);
     const glm::vec3 p(at.x[lane], at.y[lane], at.z[lane]);
@@ -254,8 +255,8 @@ struct WayBlock {
   unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
 
-  /// A plane bounds the depth in each row of the block. Returns the bound of row (ix, iy) minus the bound of the row
-  /// through the centre.
+  /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre minus the bound
+  /// of row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
@@ -304,7 +305,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // samples that have reached the maximum
+      const I8 full = old >= Sweep::kInner;  // samples that already have the largest value that a cut writes
       const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) {
@@ -350,7 +351,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   return changed;
 }
 
-/// Searches the largest depths of eight listed samples and raises the samples.
+/// Searches the largest depths of eight listed samples on their paths, and raises the samples to these depths.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;

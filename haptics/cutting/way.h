@@ -20,7 +20,7 @@ struct Straight {
   int count;
   float turned;   // upper bound of the difference between the paths of samples at a distance of one voxel
   float longest;  // longest path of any sample that a cut may change
-  float slip;     // upper bound of the error of a tangent
+  float slip;     // upper bound of the error of a tangent to the depth along the path
   // For a motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond
   // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
   // the whole motion. kNoEnd for every other motion.
@@ -36,8 +36,8 @@ struct DueBlocks {
   float way;               // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// Returns the due values of a row of blocks along z, from the block that begins at `voxel` to the block that
-  /// contains height `last_z`. Null if any of these values is unknown.
+  /// Returns the path lengths at which the blocks of a row along z must be examined again, from the block that begins
+  /// at `voxel` to the block that contains height `last_z`. Null if any of these values is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
@@ -52,7 +52,7 @@ inline constexpr float kNear = 0.01f;
 /// 4 r, can be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  // the 4 voxels include the depth of a cut, which is at most 3 voxels
+  // the 4 voxels include the largest depth of a sample, which is 3 voxels
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 

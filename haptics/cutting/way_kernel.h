@@ -6,8 +6,8 @@ TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float ab
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
-/// The piece nearest to some samples, as in NearestPiece; also the samples' positions relative to this piece, and its
-/// normal there.
+/// The piece of the meridian nearest to some samples, as in NearestPiece; also the samples' positions relative to this
+/// piece, and its normal at the nearest point.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -69,9 +69,9 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// The piece nearest to some samples, and the component of a direction towards this piece, computed without another
-/// square root. The direction is given by its components perpendicular to the axis and along it, both multiplied by
-/// rho.
+/// The piece of the meridian nearest to some samples, and the component of a direction towards this piece, computed
+/// without another square root. The direction is given by its components perpendicular to the axis and along it, both
+/// multiplied by rho.
 struct NearestOnWay {
   NearestPiece nearest;
   /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
