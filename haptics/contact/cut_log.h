@@ -58,7 +58,7 @@ class CutLog {
     bool continues = false;
     // m, radius of the ball of filling at X_WA, which the head at X_WB limits; 0: the entry is a cut
     double fill_radius = 0;
-    PerTissue removed{};     // voxels³, removed volume of each tissue; negative for a filling
+    PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };
 
   /// Adds an entry. `lo` and `hi` are the corners of the box of voxels that the cut may have changed.

@@ -37,7 +37,7 @@ struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
   // terms of the distance that are equal for all samples of a row, for eight rows
   F8 u[kRowBatches], v[kRowBatches];
-  I8 base[kRowBatches];                                                   // index of the row's first sample
+  I8 base[kRowBatches];  // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
   std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
@@ -148,7 +148,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // The values are computed for every row start, so that the rounding does not depend on the start of a row.
+  // The z coordinates are computed once for each sample at which a group can start, so that their rounding does not
+  // depend on the start of a row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -258,7 +259,7 @@ struct BallBlocks {
   // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
   // the first layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // the listed groups
+  CutFront::Found* found;  // the list that receives the groups
   // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
   int listed, room;
 };

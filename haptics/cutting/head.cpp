@@ -185,8 +185,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. T is
-/// one float or eight floats.
+/// For a point: its distance beyond the ends of a piece of the meridian, measured along the piece, and its depth below
+/// the piece. T is one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -256,7 +256,8 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks; what() then returns the work for each block.
+  /// Evaluates the added blocks. Afterwards what() returns for each block whether it must be cut, only examined, or
+  /// neither.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -352,8 +353,8 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece suffices if all samples lie between its ends and, for samples inside the head, on its side of the
-    // bisectors at its ends.
+    // It is enough to examine a single piece of the meridian if all samples lie between its ends and, for samples
+    // inside the head, on its side of the bisectors at its ends.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;

@@ -30,10 +30,10 @@ struct BallFront {
   Capsule c;
   // position of the first block's first voxel, relative to the base voxel from which `c` is measured
   glm::ivec3 origin;
-  float* distance;    // pointer to the distance of the sample at the origin
-  struct {            // tables, indexed by the height (z)
-    float* apart;     // distance from A along z; if the ball at B covers everything: squared distance from B along z
-    float* ahead;     // distance from A along z, times the z component of the motion
+  float* distance;  // pointer to the distance of the sample at the origin
+  struct {          // tables, indexed by the height (z)
+    float* apart;   // distance from A along z; if the ball at B covers everything: squared distance from B along z
+    float* ahead;   // distance from A along z, times the z component of the motion
   } heights;
   CutFront::Listed groups;
   struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
@@ -48,9 +48,7 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  // Returns how many samples, from the start of a group (at most `lanes`), have the same label. A sample of air without
-  // any volume of tissue counts as having the label of the others.
-  glm::ivec3 origin;
+  glm::ivec3 origin;  // origin of the groups' positions, relative to the pose's base
   float* distance;
   float* along[3];  // table by height: coordinates along x, y, z in T
   CutFront::Listed groups;
@@ -59,8 +57,8 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples that can never
-/// contain surface count as having any label.
+/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples of air that
+/// contain no part of the tissue count as having the label of the others.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;

@@ -146,7 +146,7 @@ struct Centres {
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // positions of the samples, relative to the first pose's base
+  F8 x, y, z;        // positions of the samples, relative to the base voxel of the first pose
   F8 best, top;      // lower and upper bound of the largest depth of each centre
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest
@@ -226,7 +226,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found) {
 }
 
 /// Returns the smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample
-/// of the block, relative to the first pose's base. Depth is concave, so it is smallest at a corner of the block.
+/// of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner of the
+/// block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -248,7 +249,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to the first pose's base
+  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
   float top, n[3], share;
   float bent;    // upper bound of the error when the centre's values are used for the other samples
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
@@ -405,7 +406,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // For a rotation, the sum of squares is twice the squared chord of its angle.
+  // For a rotation, the sum of the squared elements of this difference is twice the squared chord of the rotation
+  // angle.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;

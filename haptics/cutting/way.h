@@ -52,7 +52,7 @@ inline constexpr float kNear = 0.01f;
 /// 4 r, can be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  // the 4 voxels include the largest depth of a sample, which is 3 voxels
+  // the 4 voxels include the depth of a cut, which is at most 3 voxels
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
@@ -65,7 +65,7 @@ struct PathMaxima {
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
-  // voxels, positions of the samples, relative to the base of the motion's last pose
+  // voxels, positions of the samples, relative to the base voxel of the motion's last pose
   float x[kRoom], y[kRoom], z[kRoom];
   float* at[kRoom];
   std::uint8_t label[kRoom];

@@ -50,7 +50,7 @@ struct NearestWithNormal {
   }
 };
 
-/// Finds the nearest of several pieces. `set`: one bit for each piece.
+/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -101,7 +101,7 @@ struct NearestOnWay {
   }
 };
 
-/// Finds the nearest of several pieces. `set`: one bit for each piece.
+/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};

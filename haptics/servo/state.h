@@ -82,9 +82,9 @@ struct Servo::State {
   };
   /// Spindle, and energy that may be spent on removal.
   struct Cutting {
-    double speed = 0;         // rad/s, free-running speed
-    double phase = 0;         // rad, angle of the spindle
-    double budget = 0;        // J, energy that may be spent; negative: tissue was removed in advance
+    double speed = 0;   // rad/s, free-running speed
+    double phase = 0;   // rad, angle of the spindle
+    double budget = 0;  // J, energy that may be spent; negative: tissue was removed in advance
     // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue

@@ -48,7 +48,7 @@ class LeafFront {
   }
 
  private:
-  // leaves, margin around a sweep when the window is placed, so that the window rarely moves
+  // leaves, margin that is added around a sweep when the window of leaves is placed, so that the window rarely moves
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5
