@@ -98,7 +98,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
-    dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
+    // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
+    dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`
     FrictionState friction;
     TipState tip;
@@ -115,7 +116,7 @@ struct Servo::State {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
-    // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
+    // J, energy that moving the tool out of tissue has put into the coupling; the energy ledger allows this energy
     double given = 0;
     /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
@@ -141,7 +142,7 @@ struct Servo::State {
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the model
-  double travel;             // m, travel() of the model
+  double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
   bool turns_matter;         // turns_matter() of the model, for the tool in the hand
   Motion motion;
   Cutting cutting;

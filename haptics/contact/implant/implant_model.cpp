@@ -41,7 +41,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    // Older servo laws evaluate every voxel of the end separately.
+    // Older versions of the force laws evaluate every voxel of the end separately.
     ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
   }
   law_.laws = settings.laws;
@@ -142,7 +142,7 @@ double ImplantModel::bed_depth(const Bed& bed) const noexcept {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller field value lies in bone
+  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller signed distance lies in bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;

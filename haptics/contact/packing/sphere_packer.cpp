@@ -27,7 +27,7 @@ constexpr int kNodes = kEdge * kEdge * kEdge;
 // upper limit of the stored free radii (largest sphere that fits around a grid node), as a multiple of the radius limit
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
-// In grid spacings: if the largest free radius is not larger than this, a finer grid is made.
+// In grid spacings. If the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
 // In grid spacings, smallest radius on this grid. A smaller sphere is skipped and may be found again on a finer grid.

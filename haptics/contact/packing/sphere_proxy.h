@@ -83,9 +83,10 @@ class SphereProxy {
   /// Returns the unit vector of the sum of all contact normals, each weighted by its push; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
+  /// Paper S2, eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre of mass.
+  /// Paper S2, eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre
+  /// of mass.
   dvec3 torque(const dvec3& force) const noexcept;
   /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;
