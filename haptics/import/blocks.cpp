@@ -417,7 +417,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
 }
 
 Bodies find_bodies(const Mask& mask) {
-  // A row of neighbouring voxels of the mask along z. Runs that touch each other are joined to one component
+  // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
   // (union–find).
   struct Run {
     int x, y, begin, end;

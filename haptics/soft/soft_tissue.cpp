@@ -22,7 +22,8 @@ struct SoftParameters {
   // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than this speed allows, the motion of the
   // hand did not cause it.
   static constexpr double hand_speed = 0.6;
-  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap gradually begins to press
+  // s, time constant with which an overlap that the hand's motion did not cause gradually begins to press
+  static constexpr double ignored_time = 0.2;
   // A part of the head presses with full weight if the cosine of the angle between its surface and the tissue's surface
   // is above this.
   static constexpr double full_weight = 0.5;
