@@ -155,7 +155,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // A cut requires the finest level.
+  // While the tool cuts, or while the snapshot lacks cuts, only the finest level is used.
   const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;

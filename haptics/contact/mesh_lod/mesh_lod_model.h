@@ -104,7 +104,7 @@ class MeshLodModel final : public ContactModel {
 
   // Data that is stored for each cut.
   struct Made {
-    PerTissue removed{};  // m³, estimated volume of each tissue
+    PerTissue removed{};  // m³, estimated removed volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;

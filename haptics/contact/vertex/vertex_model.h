@@ -97,7 +97,7 @@ class VertexModel final : public ContactModel {
   Parameters parameters_;
   VertexSnapshot snapshot_;
   std::vector<VertexHead> heads_;  // heads, one for each tool
-  std::vector<double> edges_;      // m, for each head: the edge length that it requires
+  std::vector<double> edges_;      // m, for each head: the edge length of the surface that it cuts
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};         // N, force of the last tick after the filter
