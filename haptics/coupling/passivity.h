@@ -10,12 +10,12 @@ namespace typodont::haptics {
 
 /// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is
-/// predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
+/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
+/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
 /// changes of this hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes
 /// straight strokes will do so again. A hand that moves inward normally continues inward. But the law expects that a
-/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow
-/// or irregular clock.
+/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow or
+/// irregular clock.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;

@@ -63,7 +63,7 @@ struct LimitParameters {
   static constexpr double drilling_slew = 18.5;
   // N, largest difference between computed and given force that the limit drilling_slew may cause
   static constexpr double lag_limit = 0.05;
-  static constexpr double debt = 2e-9;       // J, limit: a smaller debt of the energy ledger counts as rounding
+  static constexpr double debt = 2e-9;  // J, limit: a smaller debt of the energy ledger counts as rounding
   // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
   // Limit of the ratio between the coupling's force and the force that the energy in the energy ledger can pay for

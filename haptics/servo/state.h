@@ -51,9 +51,9 @@ struct ContactTick : TickData {
 };
 
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
-/// softer, the forces are equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the
-/// upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every scene, and
-/// its jumps are encoder counts.
+/// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
+/// up to the upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every
+/// scene, and its jumps are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -143,7 +143,8 @@ struct Servo::State {
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the model
   double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
-  bool turns_matter;         // turns_matter() of the model, for the tool in the hand
+  // true if the clearance must be queried in every tick (turns_matter() of the model, for the tool in the hand)
+  bool turns_matter;
   Motion motion;
   Cutting cutting;
   Coupling coupling;
@@ -164,8 +165,9 @@ struct Servo::State {
   /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
 
-  /// Returns the limit of the ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of the
-  /// passivity law, because a greater debt would allow no force, and without a force the hand could never pay it back.
+  /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
+  /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
+  /// back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }

@@ -308,7 +308,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = pull / depth;
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
-  // nearly parallel to the pull (a cone), the springs push in opposite directions, and their sum would be too small.
+  // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
+  // their sum would be too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
