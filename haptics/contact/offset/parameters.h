@@ -41,7 +41,8 @@ struct SearchParameters {
   static constexpr double still_converges = 0.95;
   // upper limit of the factor by which the secant method lengthens a step, with one contact
   static constexpr double most_gain = 10;
-  static constexpr double most_gain_of_many = 2;  // the same upper limit with several contacts
+  // upper limit of the factor by which the secant method lengthens a step, with several contacts
+  static constexpr double most_gain_of_many = 2;
   // Voxels, upper limit of the depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
   static constexpr double most_slack = 1;
