@@ -171,8 +171,8 @@ struct Filling {
   // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
   // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels. To find out if a position above the final contour lies over the cavity, the program looks at this depth
-  // below the contour.
+  // voxels. To find out if a position above the final contour lies over the cavity, the program tests the point at this
+  // depth below the contour.
   static constexpr double rim = 0;
   // m, height above the lowest missing voxel; filling above this height does not count as a gain
   static constexpr double layer = 0.6e-3;
@@ -742,9 +742,9 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is the point
-  /// that the servo would choose: the surface point nearest to the free end, or, midway between two walls, the point
-  /// below the end. Empty if the instrument reaches no surface.
+  /// Returns the portion that the instrument adds when its centre is at the coordinates (a, b, c) along the
+  /// instrument's axes. The dome's centre is the point that the servo would choose: the surface point nearest to the
+  /// free end, or, midway between two walls, the point below the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
