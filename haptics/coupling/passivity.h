@@ -10,16 +10,18 @@ namespace typodont::haptics {
 
 /// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is
-/// predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
+/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
+/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
 /// changes of this hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes
 /// straight strokes will do so again. A hand that moves inward normally continues inward. But the law expects that a
-/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow
-/// or irregular clock.
+/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow or
+/// irregular clock.
 struct PassivityLaw {
-  double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
-  double memory = 0.05;  // s, time constant of the memory of retreats
-  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
+  // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
+  double margin = 2.5;
+  double memory = 0.05;  // s, time constant with which earlier retreats are forgotten
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick is expected to
+  // continue inward
   double turning = 2;
   // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
@@ -51,8 +53,8 @@ struct PassivityLaw {
   // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks, limit: a longer gap is a pause and does not count as the longest tick
-  // J, debt that the ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for rounding and
-  // a sudden reversal.
+  // J, debt that the energy ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for
+  // rounding and a sudden reversal.
   double credit = 0.5e-9;
 };
 
@@ -141,8 +143,9 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// Returns the fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the ledger can pay for.
-/// `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: J in the ledger.
+/// Returns the fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the energy ledger can pay for.
+/// `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: energy in the ledger,
+/// J.
 inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                                const dvec3& turned, double dt, double tick, double energy,
                                PassivityState& state) noexcept {

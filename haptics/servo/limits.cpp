@@ -1,4 +1,5 @@
-// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its ledger.
+// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its energy
+// ledger.
 #include <algorithm>
 #include <cmath>
 
@@ -49,10 +50,10 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force if the ledger holds far less energy than the coupling (after a hard landing, or for a tool that
-/// started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks when the
-/// hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such a hand
-/// on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
+/// Limits the force if the energy ledger holds far less energy than the coupling stores (after a hard landing, or for a
+/// tool that started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks
+/// when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such
+/// a hand on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
 /// together. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
@@ -69,21 +70,21 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
   // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps towards the tissue, the
-  // energy stored in the coupling rises without work of the hand. The ledger allows this energy while the contact
-  // lasts. The hand's work must pay for any later rise.
+  // energy stored in the coupling rises without work of the hand. The energy ledger allows this energy while the
+  // contact lasts. The hand's work must pay for any later rise.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // After the contact, the ledger may be in debt (negative sums.energy), and a ledger in debt would allow no force at
-  // the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed above. A
-  // debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which hold a
-  // force for longer than expected.
+  // After the contact, the energy ledger may be in debt (negative sums.energy), and a ledger in debt would allow no
+  // force at the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed
+  // above. A debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which
+  // hold a force for longer than expected.
   const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;
-  // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
+  // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
     double passive = passive_fraction(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,

@@ -51,9 +51,9 @@ struct ContactTick : TickData {
 };
 
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
-/// softer, the forces are equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the
-/// upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every scene, and
-/// its jumps are encoder counts.
+/// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
+/// up to the upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every
+/// scene, and its jumps are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -82,11 +82,12 @@ struct Servo::State {
   };
   /// Spindle, and energy that may be spent on removal.
   struct Cutting {
-    double speed = 0;         // rad/s, free-running speed
-    double phase = 0;         // rad, angle of the spindle
-    double budget = 0;        // J, energy that may be spent; negative: tissue was removed in advance
-    double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
-    double wall_budget = 0;   // J, part of the budget that may be spent on the wall
+    double speed = 0;   // rad/s, free-running speed
+    double phase = 0;   // rad, angle of the spindle
+    double budget = 0;  // J, energy that may be spent; negative: tissue was removed in advance
+    // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+    double wall = 0;
+    double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -97,7 +98,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
-    dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
+    // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
+    dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`
     FrictionState friction;
     TipState tip;
@@ -109,14 +111,14 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits of the force, the last force, and the energy that the ledger allows.
+  /// Limits of the force, the last force, and the energy that the energy ledger allows.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
-    // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
+    // J, energy that moving the tool out of tissue has put into the coupling; the energy ledger allows this energy
     double given = 0;
-    /// true if the ledger holds far less energy than the coupling; then the ledger limits the force
+    /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force at start and end
     bool ending = false;
@@ -140,8 +142,9 @@ struct Servo::State {
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the model
-  double travel;             // m, travel() of the model
-  bool turns_matter;         // turns_matter() of the model, for the tool in the hand
+  double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
+  // true if the clearance must be queried in every tick (turns_matter() of the model, for the tool in the hand)
+  bool turns_matter;
   Motion motion;
   Cutting cutting;
   Coupling coupling;
@@ -162,8 +165,9 @@ struct Servo::State {
   /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
 
-  /// Returns the limit of the ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of the
-  /// passivity law, because a greater debt would allow no force, and without a force the hand could never pay it back.
+  /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
+  /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
+  /// back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }

@@ -11,7 +11,8 @@ namespace {
 
 // upper limit of motions with a collision test per tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Upper limit of consecutive sweeps without progress. In a cavity with many contacts, this ends the tick.
+// Upper limit of consecutive motions in which the proxy makes no progress. In a cavity with many contacts, this ends
+// the tick.
 constexpr int kStuck = 8;
 constexpr int kSlides = 6;          // upper limit of contacts of the non-cutting parts that are searched in one cut
 constexpr int kRounds = 60;         // upper limit of the iterations of one projection
@@ -170,8 +171,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
 }
 
 /// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
-/// contacts, the one with the lowest index. The near lists are searched first. They usually contain a contact, and the
-/// motion up to it is so short that the tree need not be searched.
+/// contacts, returns the one with the lowest index. The near lists are searched first. They usually contain a contact,
+/// and the motion up to it is so short that the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;

@@ -65,11 +65,13 @@ class SphereProxy {
   /// searches the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Same result as SphereTree::near_segment() for the motion of one tool sphere from the proxy's pose to `to`.
+  /// Finds the tissue's spheres near the motion of one tool sphere from the proxy's pose to `to`, with the same result
+  /// as SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<int> found) const noexcept;
 
-  /// Same result as SphereTree::near_segment() for one tool sphere at the proxy's pose, enlarged by `epsilon` (m).
+  /// Finds the tissue's spheres near one tool sphere at the proxy's pose, if the tool sphere is enlarged by `epsilon`
+  /// (m), with the same result as SphereTree::near_segment().
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<int> found) const noexcept;
 
@@ -81,9 +83,10 @@ class SphereProxy {
   /// Returns the unit vector of the sum of all contact normals, each weighted by its push; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
+  /// Paper S2, eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre of mass.
+  /// Paper S2, eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre
+  /// of mass.
   dvec3 torque(const dvec3& force) const noexcept;
   /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;

@@ -51,10 +51,10 @@ class SphereTissue {
   /// Returns the remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the
-  /// changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed volume
-  /// to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the ball can
-  /// touch; the others are not cut.
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the indices
+  /// of the changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed
+  /// volume to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the
+  /// ball can touch; the others are not cut.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the

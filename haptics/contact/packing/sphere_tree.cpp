@@ -119,8 +119,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Sorts id_of_[from .. to) such that the spheres of each run of `chunk` elements are close together in space; then
-/// sorts each eighth of a run in the same manner.
+/// Sorts id_of_[from .. to) such that each group of `chunk` successive spheres is close together in space; then sorts
+/// each eighth of a group in the same manner.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;

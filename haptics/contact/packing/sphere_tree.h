@@ -40,10 +40,11 @@ class SphereTree {
   void set(int i, const dvec3& center, double radius) noexcept;
 
   /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
-  /// contacts, the sphere with the lowest index. The result has the same bits as that of brute_force().
+  /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// Same as first_hit(), but tests only the given spheres (at most kWide). The result has the same bits.
+  /// Returns the first sphere that the moving sphere touches, as first_hit() does, but tests only the given spheres (at
+  /// most kWide). The result has the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Writes to `found` the indices of the spheres that are nearer than `reach` to the segment from a to b. Their order
@@ -66,7 +67,7 @@ class SphereTree {
   double room(const dvec3& p, double most) const noexcept;
 
   /// Returns the sphere whose surface is nearest to a point, or -1 if all spheres have disappeared. Among equally near
-  /// spheres, the first in the tree's order.
+  /// spheres, returns the first in the tree's order.
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {
