@@ -327,6 +327,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       find_near(near_to);
     }
     const double spent = cost(from, part_of(from, move, turn, part), near_to);
+    tried_share_ = part;
     if (spent <= budget) {
       safe = part, safe_cost = spent;
       if (part == most || spent >= kWellSpent * budget) break;
@@ -354,6 +355,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
   dvec3 turn = turns_matter() ? SphereProxy::rotation_angle(from.R, in.X_WT.R) : dvec3(0);
+  tried_share_ = -1;
   double most =
       proxy().non_cutting_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
@@ -376,11 +378,23 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     proxy().forget_near();
   } else {
     const SphereTree& tree = snapshot_.spheres.tree();
-    const auto near = [&](std::size_t t, std::span<int> found) { return proxy().near_path(tree, t, to, found); };
-    removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](int i, const CutSphere& before) {
+    const auto note = [&](int i, const CutSphere& before) {
       changed = true;
       proxy().note_cut(tree, i, before.center(), before.radius());
-    });
+    };
+    // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
+    const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
+    if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
+        near_end_[tool.head - 1] < near_.size()) {
+      snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
+    } else {
+      const auto near = [&](std::size_t t, std::span<int> found) {
+        proxy().end_notes();
+        return proxy().near_path(tree, t, to, found);
+      };
+      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, note);
+      proxy().end_notes();
+    }
   }
   // If no sphere changed, only rounding held the proxy, and follow() will move the proxy in the next tick.
   if (!changed) return false;

@@ -85,7 +85,8 @@ class PackingModel final : public ContactModel {
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   TriedCut tried_;
-  std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
+  std::vector<int> near_;    // result of find_near(): the lists of all spheres of the head, one after the other
+  double tried_share_ = -1;  // share of the motion whose cut tried_ can make; negative: none
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
   double price_ = 0;  // J, cost of the whole motion, estimated with the last step's cost per metre; 0: unknown
   double last_path_length_ = 0;  // m, length of the whole motion in the last cut

@@ -1,9 +1,13 @@
 #include "haptics/contact/packing/sphere_proxy.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "haptics/contact/packing/compute_passes.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics::packing {
 
@@ -23,14 +27,17 @@ constexpr double kLargestMargin = 300e-6;  // m, largest mean margin, for a fast
 constexpr double kAhead = 3;               // mean margin of a fast tool as a multiple of its motion
 constexpr double kLook = 2e-3;             // m, search distance if no sphere lies within the margin
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
-// m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
-// margins of all lists are reduced
+// m, limit: if a cut sphere protrudes from its earlier state by at most this, the margins of all lists are reduced,
+// otherwise only those of the lists of near tool spheres
 constexpr double kStickOut = 1e-6;
 // factor on a motion's length, so that contacts exactly at its end are included
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // lower limit of the capacity of a list, entries
 constexpr std::size_t kAllListed = 16384;  // lower limit of the capacity of all lists together, entries
-constexpr int kNotAgain = 64;              // number of searches after which a list that was too long is tried again
+constexpr std::size_t kLanes = 8;          // number of entries of a list that are compared at once
+// m, upper bound of the rounding error of a gap in single precision; gaps below -10 mm are always within the limits
+constexpr float kFloatRounding = 1e-9f;
+constexpr int kNotAgain = 64;  // number of searches after which a list that was too long is tried again
 
 }  // namespace
 
@@ -54,11 +61,12 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       options_(options),
       lever_(std::max(tool.reach, 1e-6)),
       lists_(tool.size()),
-      room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1))),
-      near_(room_ * tool.size()),
-      ranked_(room_ * tool.size()),
+      room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
+      listed_(room_ * tool.size()),
+      gap_(room_ * tool.size()),
       found_(4 * room_),
-      found_gaps_(found_.size()) {
+      found_gaps_(found_.size()),
+      sorted_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
 }
@@ -89,24 +97,38 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
   const dvec3 center = tree.center(sphere);
   const double radius = tree.radius(sphere), out = glm::distance(center, center_before) + radius - radius_before;
   if (!(radius > 0) || out <= 0) return;
+  noted_ = true;
+  if (out <= kStickOut) {
+    protrudes_ = std::max(protrudes_, out);
+    return;
+  }
   for (std::size_t i = 0; i < tool_.size(); ++i) {
     NearList& list = lists_[i];
-    if (out <= kStickOut) {
-      list.moved += out;
-    } else if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved) {
-      list = {};
-    }
+    if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved)
+      list.protrudes = std::max(list.protrudes, out);
   }
+}
+
+void SphereProxy::end_notes() noexcept {
+  if (!std::exchange(noted_, false)) return;
+  for (NearList& list : lists_) {
+    list.moved += std::max(protrudes_, list.protrudes);
+    list.protrudes = 0;
+  }
+  protrudes_ = 0;
 }
 
 /// Lists the tissue's spheres near one of the tool's spheres.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
+  const double wider = list.wider;
   list = {};
+  list.wider = wider;
   // The margins differ between lists, so that the lists of a tool that moves straight on are not all computed anew in
   // the same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
-  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
+  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread))) +
+                  std::max(0.0, wider);
   const double r = tool_.radius[i];
   const std::size_t count = tree.near_segment(center, center, r + margin, found_);
   if (count > found_.size()) {
@@ -118,27 +140,36 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     return;
   }
   for (std::size_t k = 0; k < count; ++k) {
-    const int sphere = found_[k];
-    found_gaps_[k] = {glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
+    found_gaps_[k] = glm::distance(center, tree.center(found_[k])) - tree.radius(found_[k]) - r - kRounding;
   }
-  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
-  const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
-  auto last = to;
-  const std::span<Near> ranked = std::span(ranked_).subspan(i * room_, room_);
-  if (count <= room_) std::copy(from, to, ranked.begin());
+  double most = kNever;
   if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
-    last = from + static_cast<std::ptrdiff_t>(room_);
-    std::nth_element(from, last, to, nearer);
-    margin = last->gap;
-    std::sort(from, last, [&](const Near& a, const Near& b) { return tree.rank(a.sphere) < tree.rank(b.sphere); });
-    std::copy(from, last, ranked.begin());
+    const auto from = sorted_gaps_.begin(), omitted = from + static_cast<std::ptrdiff_t>(room_);
+    std::copy_n(found_gaps_.begin(), count, from);
+    std::nth_element(from, omitted, from + static_cast<std::ptrdiff_t>(count));
+    margin = most = *omitted;
   }
-  std::sort(from, last, nearer);
-  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
-  std::copy(from, last, near.begin());
-  list.count = static_cast<std::size_t>(last - from);
-  list.margin = margin - kRounding;
-  list.free = std::min(list.margin, near[0].gap);
+  list.margin = list.free = margin - kRounding;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(found_gaps_[k] < most)) continue;
+    list.free = std::min(list.free, found_gaps_[k]);
+    listed_[i * room_ + list.count] = found_[k];
+    gap_[i * room_ + list.count++] = static_cast<float>(found_gaps_[k]);
+  }
+  for (std::size_t k = list.count; k % kLanes != 0; ++k) {
+    listed_[i * room_ + k] = 0;
+    gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
+  }
+}
+
+template <class Limit, class Visit>
+void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const noexcept {
+  for (std::size_t k = i * room_; k < i * room_ + lists_[i].count; k += kLanes) {
+    const F8 most = F8{} + (static_cast<float>(limit()) + kFloatRounding);
+    for (unsigned bits = bits_of(*reinterpret_cast<const F8*>(&gap_[k]) <= most); bits; bits &= bits - 1) {
+      visit(listed_[k + static_cast<std::size_t>(std::countr_zero(bits))]);
+    }
+  }
 }
 
 /// The first listed sphere that a sphere of the tool touches before `until`. `certain`: true if no unlisted sphere
@@ -153,14 +184,20 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
-  for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
-    std::array<int, SphereTree::kWide> some;
-    std::size_t count = 0;
-    for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
+  std::array<int, SphereTree::kWide> some;
+  std::size_t count = 0;
+  const auto test = [&] {
     const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
     if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
-  }
+    count = 0;
+  };
+  each_listed(
+      i, [&] { return list.moved + best.t * bound; },
+      [&](int sphere) {
+        some[count++] = sphere;
+        if (count == some.size()) test();
+      });
+  if (count > 0) test();
   certain = list.moved + best.t * bound < list.margin;
   return best ? best : SphereTree::Hit{};
 }
@@ -223,20 +260,28 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<int> found) const noexcept {
   std::size_t count = 0;
-  for (const Near& near : std::span(ranked_).subspan(i * room_, lists_[i].count)) {
-    if (near.gap > gap || !tree.is_near(near.sphere, a, b, reach)) continue;
-    if (count < found.size()) found[count] = near.sphere;
-    ++count;
-  }
+  each_listed(
+      i, [&] { return gap; },
+      [&](int sphere) {
+        if (!tree.is_near(sphere, a, b, reach)) return;
+        if (count < found.size()) found[count] = sphere;
+        ++count;
+      });
   return count;
 }
 
 std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double epsilon,
-                                   std::span<int> found) const noexcept {
-  const NearList& list = lists_[i];
+                                   std::span<int> found) noexcept {
+  NearList& list = lists_[i];
   const dvec3 c = X_W_ * tool_.center_T[i];
   const double reach = tool_.radius[i] + epsilon;
-  if (!(list.moved + epsilon + kRounding < list.margin)) return tree.near_segment(c, c, reach, found);
+  const auto too_short = [&] { return !(list.moved + epsilon + kRounding < list.margin); };
+  if (too_short() && list.wider >= 0 && list.refused <= 0) {
+    list.wider = epsilon;
+    list_near(tree, i, c, 0);
+    if (too_short()) list.wider = -1;
+  }
+  if (too_short()) return tree.near_segment(c, c, reach, found);
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 

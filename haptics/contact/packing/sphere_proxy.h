@@ -54,6 +54,8 @@ class SphereProxy {
   /// Must be called when a cut changed a sphere. A cut sphere lies within the sphere before that cut, but it may
   /// protrude from its state after an earlier tick of the same cut.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
+  /// Must be called after the note_cut() of the spheres that one of the tool's spheres changed, before the next search.
+  void end_notes() noexcept;
 
   /// For a cut: changes `move` and `turn` (m, rad) to the nearest motion on which the non-cutting parts do not
   /// penetrate the tissue; they may slide along it. Lists these contacts. Returns the fraction 0 to 1 of that motion
@@ -70,8 +72,7 @@ class SphereProxy {
                         std::span<int> found) const noexcept;
 
   /// Result of SphereTree::near_segment() for one of the tool's spheres at the proxy's pose, enlarged by `epsilon` (m).
-  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
-                        std::span<int> found) const noexcept;
+  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon, std::span<int> found) noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -104,19 +105,19 @@ class SphereProxy {
     /// Upper bound in m of the displacement of a tool sphere at this distance from the frame's origin.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// The tissue's spheres near one of the tool's spheres, nearest first. The list is valid until the tool's sphere
-  /// has moved by the list's margin (a Verlet list, Verlet 1967). So in a cavity the tree is searched only once in
-  /// many ticks.
+  /// The tissue's spheres near one of the tool's spheres, in the tree's order. The list is valid until the tool's
+  /// sphere has moved by the list's margin (a Verlet list, Verlet 1967). So in a cavity the tree is searched only once
+  /// in many ticks.
   struct NearList {
     double margin = 0;  // m: when the list was made, all spheres outside the list were at least this far away
-    double moved = 0;   // m, upper bound of the displacement of the tool's sphere since the list was made
-    double free = 0;    // m, distance of the nearest sphere; negative if it overlaps
+    // m, upper bound of the displacement of the tool's sphere since the list was made, and of the distances by which
+    // the tissue's spheres have protruded since then
+    double moved = 0;
+    double protrudes = 0;  // m, largest protrusion that end_notes() adds to `moved`
+    double free = 0;       // m, distance of the nearest sphere; negative if it overlaps
+    double wider = 0;      // m, part of the margin for near_here(); negative: the list has no room for it
     std::size_t count = 0;
     int refused = 0;  // number of searches that remain until the list is tried again, because it was too long
-  };
-  struct Near {
-    double gap;  // m
-    int sphere;
   };
   struct Constraint {
     // n: change of the gap per metre of translation along each axis. turn: m, change of the gap per radian of
@@ -135,6 +136,10 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   /// `way`: m, upper bound of the motion for which the list is made.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
+  /// Calls visit(sphere) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
+  /// few others.
+  template <class Limit, class Visit>
+  void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
                           double reach, std::span<int> found) const noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
@@ -150,13 +155,16 @@ class SphereProxy {
   std::size_t count_ = 0;
   std::vector<double> arm_;                  // m, distance of each of the tool's spheres from the frame's origin
   std::vector<NearList> lists_;              // lists, one for each of the tool's spheres
-  std::size_t room_;                         // number of entries that each list can hold
-  std::vector<Near> near_;                   // entries of all lists, one list after the other
-  std::vector<Near> ranked_;                 // the same entries, each list in the tree's order
+  std::size_t room_;                         // number of entries that each list can hold, a multiple of 8
+  std::vector<int> listed_;                  // entries of all lists, one list after the other
+  std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
   std::vector<int> found_;                   // result of one search
-  std::vector<Near> found_gaps_;             // distances of the found spheres
+  std::vector<double> found_gaps_;           // m, distances of the found spheres
+  std::vector<double> sorted_gaps_;          // m, the same distances, partly sorted
   std::vector<SweptBall> swept_;             // balls of one search on the GPU
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of the tool's sphere
+  double protrudes_ = 0;                     // m, largest small protrusion since end_notes()
+  bool noted_ = false;                       // a sphere has protruded since end_notes()
   double pushed_ = 0;                        // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

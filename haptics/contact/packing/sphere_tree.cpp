@@ -142,12 +142,11 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
+void SphereTree::put(int i, const dvec3& center, double radius) noexcept {
   const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
   Leaf& leaf = leaves_[s / kWide];
   leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
   leaf.r[s % kWide] = radius;
-  mend(s / kWide);
 }
 
 /// Updates the boxes above a leaf, up to the first box that does not change.

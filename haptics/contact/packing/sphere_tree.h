@@ -37,7 +37,18 @@ class SphereTree {
 
   /// Sets a sphere's position and radius; radius 0: the sphere disappears. Updates the boxes above the sphere as far
   /// as they change.
-  void set(int i, const dvec3& center, double radius) noexcept;
+  void set(int i, const dvec3& center, double radius) noexcept {
+    put(i, center, radius);
+    mend_above(i);
+  }
+  /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
+  /// before the next search.
+  void put(int i, const dvec3& center, double radius) noexcept;
+  bool share_leaf(int i, int j) const noexcept {
+    return slot_of_[static_cast<std::size_t>(i)] / static_cast<int>(kWide) ==
+           slot_of_[static_cast<std::size_t>(j)] / static_cast<int>(kWide);
+  }
+  void mend_above(int i) noexcept { mend(static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]) / kWide); }
 
   /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Of simultaneous contacts, the
   /// sphere with the lowest index. Gives the same bits as brute_force().

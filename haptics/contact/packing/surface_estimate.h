@@ -42,7 +42,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  std::span<int> scratch) noexcept;
 
 /// Same with the proxy's own lists of near spheres; gives the same bits.
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC,
                                  double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
 
 /// Eq. 4: cutting speed in m/s. At zero density nothing holds the tool, and the speed is `free_speed`.
