@@ -14,7 +14,6 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;     // m, limit of the distance in which a clearance is searched
-constexpr double kJustFree = 1e-6;  // m, gap up to which a tissue sphere near a tool sphere is found
 constexpr double kNearby = 0.2e-3;  // m, a point gets the tissue of the nearest sphere within this distance
 constexpr int kTrials = 8;          // number of cost evaluations that determine the length of one step
 // lower limit of the used fraction of the budget; a step that uses at least this much is accepted
@@ -135,7 +134,7 @@ double PackingModel::clearance(const Pose& X_WG) noexcept {
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
   const SphereTree& tree = snapshot_.spheres.tree();
   for (std::size_t t = 0; t < tool.radius.size(); ++t) {
-    if (tree.room(X_W * tool.center_T[t], tool.radius[t] + kJustFree) <= tool.radius[t]) return false;
+    if (tree.touches(X_W * tool.center_T[t], tool.radius[t])) return false;
   }
   return true;
 }

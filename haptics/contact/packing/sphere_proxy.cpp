@@ -355,6 +355,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       Constraint& c = *steps[k].constraint;
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
+      // Changes nothing. Without this branch, each constraint would wait for the sums of the one before it.
+      if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - gap / steps[k].yields);
       const double by = c.multiplier - before;
       allowed_move += by * c.n;

@@ -301,7 +301,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
 }
 
 /// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`; the visit may
-/// reduce `most`.
+/// reduce `most`, and ends the search if it makes `most` negatively infinite.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -316,7 +316,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
     return reach * reach;
   };
-  while (depth > 0) {
+  while (depth > 0 && most > -kNever) {
     const auto [entered, level, index] = stack[--depth];
     if (entered > reach2()) continue;
     if (level == 0) {
@@ -346,6 +346,17 @@ double SphereTree::room(const dvec3& p, double most) const noexcept {
   ++t_search_counts.spheres;
   visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
   return most;
+}
+
+bool SphereTree::touches(const dvec3& p, double r) const noexcept {
+  ++t_search_counts.spheres;
+  bool touches = false;
+  double most = r;
+  visit_nearest(p, most, [&](std::size_t, double off) {
+    touches = touches || off <= r;
+    if (touches) most = -kNever;
+  });
+  return touches;
 }
 
 int SphereTree::nearest(const dvec3& p) const noexcept {

@@ -75,6 +75,10 @@ class SphereTree {
   /// Distance that a point may move before it can be in a sphere, m: at most `most`, negative inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
 
+  /// True if a ball of radius `r` at `p` overlaps or touches a sphere; the same as room(p, most) <= r with most > r,
+  /// but it ends at the first such sphere.
+  bool touches(const dvec3& p, double r) const noexcept;
+
   /// The sphere whose surface is nearest to a point; -1 if all have disappeared. Of equally near spheres, the first
   /// in the tree's order.
   int nearest(const dvec3& p) const noexcept;

@@ -42,8 +42,8 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  std::span<int> scratch) noexcept;
 
 /// Same with the proxy's own lists of near spheres; gives the same bits.
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC,
-                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
+                                 const PerTissue& density, std::span<int> scratch) noexcept;
 
 /// Eq. 4: cutting speed in m/s. At zero density nothing holds the tool, and the speed is `free_speed`.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
