@@ -29,15 +29,21 @@ constexpr double kDentalForces = 20;
 constexpr std::uint32_t kLawsOfLargeForces = 7;
 // first version of the force laws in which the projection onto the contacts starts from the pushes of the last tick
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
+// first version of the force laws in which the proxy's speed is limited
+constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
+// m/s, largest speed of the tool's farthest point. Hands are slower; the limit bounds the time of a tick in which the
+// measured pose jumps.
+constexpr double kFastest = 5;
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
-ProxyOptions frictionless(std::uint32_t laws) {
+ProxyOptions frictionless(std::uint32_t laws, double tick) {
   return {.stiffness = 0,
           .damping = 0,
           .static_friction = 0,
           .dynamic_friction = 0,
-          .starts_from_last = laws >= kLawsOfWarmStarts};
+          .starts_from_last = laws >= kLawsOfWarmStarts,
+          .longest_path = laws >= kLawsOfLimitedSpeed ? kFastest * tick : std::numeric_limits<double>::infinity()};
 }
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
@@ -67,7 +73,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws));
+    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws, settings.tick));
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);

@@ -419,6 +419,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   }
 
   bool slid = false;
+  double path_left = options_.longest_path;
   for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
     const dvec3 turn = rotation_angle(X_W_.R, X_WH.R);
@@ -441,8 +442,10 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation.
-    const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
+    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation and the rest of
+    // the tick's path.
+    const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
+    const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
@@ -458,6 +461,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       Constraint& c = constraints_[k];
       c.gap = std::max(0.0, c.gap + part * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
     }
+    path_left -= part * share * way;
     slid = slid || (normal > 0 && part * glm::length(by) > kArrived);
     if (first.ball >= 0) {
       add_contact(tree, first.ball, first.sphere);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct ProxyOptions {
   // true: the projection starts with the multipliers of the last tick, so it needs fewer iterations; false: it starts
   // with zero, as in the force laws before version 7.
   bool starts_from_last = true;
+  // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
+  double longest_path = std::numeric_limits<double>::infinity();
 };
 
 struct ProxyContact {
