@@ -61,11 +61,11 @@ struct Lead {
   // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
-  static constexpr double rough_force = 2.1, bulk_force = 1.6, finishing_force = 1.4;
+  static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
   // lower and upper bound of the lead's limit, as ratios to the lead that gives the mean force
-  static constexpr double least_most_lead = 0.6, most_lead = 4;
+  static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // limit of the force of a cut, as a fraction of the largest force that the task accepts
