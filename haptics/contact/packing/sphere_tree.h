@@ -37,7 +37,19 @@ class SphereTree {
 
   /// Sets the position and radius of a sphere; with radius 0 the sphere disappears. Updates the boxes of the nodes
   /// above it.
-  void set(int i, const dvec3& center, double radius) noexcept;
+  void set(int i, const dvec3& center, double radius) noexcept {
+    put(i, center, radius);
+    mend_above(i);
+  }
+  /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
+  /// before the next search.
+  void put(int i, const dvec3& center, double radius) noexcept;
+  /// Returns true if two spheres are in the same leaf of the tree.
+  bool share_leaf(int i, int j) const noexcept {
+    return slot_of_[static_cast<std::size_t>(i)] / static_cast<int>(kWide) ==
+           slot_of_[static_cast<std::size_t>(j)] / static_cast<int>(kWide);
+  }
+  void mend_above(int i) noexcept { mend(static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]) / kWide); }
 
   /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
   /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
@@ -65,6 +77,10 @@ class SphereTree {
   /// Returns the distance that a point may move before it can be inside a sphere, m: at most `most`; negative if the
   /// point is inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
+
+  /// Returns true if a ball of radius `r` at `p` overlaps or touches a sphere. The search ends at the first such
+  /// sphere.
+  bool touches(const dvec3& p, double r) const noexcept;
 
   /// Returns the sphere whose surface is nearest to a point, or -1 if all spheres have disappeared. Among equally near
   /// spheres, returns the first in the tree's order.

@@ -45,8 +45,8 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
 
 /// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the spheres in the near
 /// lists of `proxy`.
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
-                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
+                                 const PerTissue& density, std::span<int> scratch) noexcept;
 
 /// Paper S2, eq. 4: returns the cutting speed in m/s. At density zero the tissue has no resistance, and the speed is
 /// `free_speed`.
