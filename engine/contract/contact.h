@@ -33,18 +33,19 @@ constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
-/// Version of the servo's force laws. A recording stores it, so that its replay gives the same bits. 7: an implant
-/// drill that moves along its axis cuts only at its end; the cutting law over its end is evaluated at coarser points,
-/// where tool voxels are much finer than the tissue's; in the packing model, heads are overlapping rings of spheres
-/// whose overlaps count once, the projection begins with the last pushes, a retreating tool is led back faster in
-/// scenes with large forces, and the hole that a detached sphere leaves is no larger than its remainder. 6: the cutting
-/// law over an implant drill's end is computed in floats. 5: a fast rotation of a long head is cut in fewer straight
-/// parts, without the blocks from which the head recedes; the search of an instrument that fills keeps its speed limit,
-/// too. 4: the tangential force of the blades fades when the head comes free; before, it ended in a step. 3: if
-/// contacts hold the tool away from the hand, the tool returns along its own path (offset model). 2: a late patch gives
-/// way (docs/safety.md); a force that the energy ledger does not cover follows the ledger; a small debt of the ledger
-/// is cancelled. 1: the laws before version 2; used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 7;
+/// Version of the servo's force laws. A recording stores it, so that its replay gives the same bits. 8: a drilling tool
+/// that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md). 7: an implant drill
+/// that moves along its axis cuts only at its end; the cutting law over its end is evaluated at coarser points, where
+/// tool voxels are much finer than the tissue's; in the packing model, heads are overlapping rings of spheres whose
+/// overlaps count once, the projection begins with the last pushes, a retreating tool is led back faster in scenes with
+/// large forces, and the hole that a detached sphere leaves is no larger than its remainder. 6: the cutting law over an
+/// implant drill's end is computed in floats. 5: a fast rotation of a long head is cut in fewer straight parts, without
+/// the blocks from which the head recedes; the search of an instrument that fills keeps its speed limit, too. 4: the
+/// tangential force of the blades fades when the head comes free; before, it ended in a step. 3: if contacts hold the
+/// tool away from the hand, the tool returns along its own path (offset model). 2: a late patch gives way
+/// (docs/safety.md); a force that the energy ledger does not cover follows the ledger; a small debt of the ledger is
+/// cancelled. 1: the laws before version 2; used for recordings without a version.
+inline constexpr std::uint32_t kServoLaws = 8;
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
