@@ -13,42 +13,45 @@ namespace typodont::audio {
 
 /// The drill's state in a part of a recording.
 enum class DrillPart { kRunUp, kIdle, kLoad, kRunDown };
-/// "run-up", "idle", "load", "run-down".
+/// Returns the name: "run-up", "idle", "load" or "run-down".
 std::string_view name_of(DrillPart part) noexcept;
 struct SoundPart {
   DrillPart part = DrillPart::kIdle;
-  double from = 0, to = 0;  // s in the recording
-  double level_dB = 0;      // mean level of the part
+  double from = 0, to = 0;  // s, begin and end of the part in the recording
+  double level_dB = 0;      // dB re full scale, mean level of the part
 };
 
 struct FitOptions {
-  std::string method = "burg";  // burg, yule-walker, modified-covariance
+  std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // highest order that the criteria may choose
-  std::string window =
-      "none";  // none, hann, hamming or blackman; the window weights the errors (Burg) or the samples (Yule–Walker)
-  double rate = 0;          // Hz, sampling rate of the model; 0: the recording's rate
-  int channel = -1;         // -1: the mean of all channels
-  double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
-  bool trim = true;         // true: silence at both ends is removed
-  bool steady = false;      // true: only the longest interval of constant level is used
-  // only the longest part of this name is used ("run-up", "idle", "load", "run-down"); empty: the whole recording
+  /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
+  /// (Yule–Walker)
+  std::string window = "none";
+  double rate = 0;   // Hz, sampling rate of the model; 0: the recording's rate
+  int channel = -1;  // index of the channel that is used; -1: the mean of all channels
+  /// s, begin and end of the part of the recording that is fitted; to = 0: the end of the recording
+  double from = 0, to = 0;
+  bool trim = true;     // true: silence at both ends is removed
+  bool steady = false;  // true: only the longest interval of constant level is used
+  // name of the part that is used ("run-up", "idle", "load", "run-down"; the longest part of this name); empty: the
+  // whole recording
   std::string part;
-  std::string hum = "auto";  // auto, off, 50, 60
+  std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
   double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
   bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
-  // Fraction (0 to 0.9) at the end of the part that is not used for the fit. The model is compared with this
-  // fraction.
+  // Fraction (0 to 0.9) at the end of the fitted part that is held out: it is not used for the fit, but compared with
+  // the model afterwards.
   double hold_out = 0;
   std::string name, source, licence;
 };
 
 /// Agreement of a model with the held-out part of the recording.
 struct HeldOut {
-  double from = 0, to = 0;  // s in the recording
+  double from = 0, to = 0;  // s, begin and end of the held-out part in the recording
   double distance_dB = 0;   // log-spectral distance to the model's expected spectrum
-  // dB, expected distance if the held-out part had exactly the model's spectrum; it is the error of a spectrum that
-  // is estimated from a sound of this length
+  // dB, expected distance if the held-out part had exactly the model's spectrum. It is not 0, because a spectrum that
+  // is estimated from a short sound has an error.
   double chance_dB = 0;
   std::vector<double> line_variation;  // the same measure as FitReport::line_variation, for the held-out part
 };
@@ -60,8 +63,8 @@ struct FitReport {
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
   // dB, log-spectral distance between the fitted part's Welch spectrum and its expected value for the model
   double distance_dB = 0;
-  // dB, log-spectral distance to the model's true spectrum, which does not include the broadening of peaks by the
-  // window
+  // dB, log-spectral distance to the model's true spectrum. The true spectrum does not contain the broadening of peaks
+  // by the analysis window.
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
@@ -69,8 +72,9 @@ struct FitReport {
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
-  std::vector<double> frequencies, recording_dB, model_dB;  // Hz; both power spectra in dB re 1/Hz
-  std::vector<SoundPart> parts;                             // parts of the whole recording, in order
+  /// Hz; power spectra of recording and model at these frequencies, dB re 1/Hz
+  std::vector<double> frequencies, recording_dB, model_dB;
+  std::vector<SoundPart> parts;  // parts of the whole recording, in order
   // For each line of the model: the standard deviation of its amplitude divided by the mean, in the fitted part,
   // including the noise in the band in which the line was followed.
   std::vector<double> line_variation;
@@ -81,8 +85,8 @@ struct FitReport {
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };
 
-/// Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone, a recording too short for the
-/// order, a sample that is not finite, an unknown method.
+/// Fits a model to a recording. Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone,
+/// a recording too short for the order, a sample that is not finite, an unknown method.
 FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options);
 
 }  // namespace typodont::audio

@@ -1,4 +1,5 @@
-// An autoregressive model of a sound: white noise in, the drill's spectrum out. Plain data; the file format is JSON.
+// An autoregressive model of a sound: a filter that turns white noise into noise with the drill's spectrum. Plain data;
+// the file format is JSON.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +11,7 @@ namespace typodont::audio {
 /// A slow autoregressive process that has one value per kLineStep samples of the model's rate. Without coefficients and
 /// gain it is constantly zero.
 struct LineNoise {
-  std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
+  std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the process's residual
 
   double deviation() const;  // standard deviation of the process
@@ -20,21 +21,21 @@ inline constexpr int kLineStep = 64;
 /// A spectral line of a rotor: a sinusoid whose amplitude and frequency vary slowly about their means. A turbine's
 /// whistle is such a line. Filtered noise with the same spectrum would hiss instead.
 struct ModelLine {
-  double frequency = 0;       // Hz, mean
-  double amplitude = 0;       // mean; full scale is 1
-  LineNoise amplitude_noise;  // noise of the amplitude, relative to its mean
-  LineNoise frequency_noise;  // Hz
+  double frequency = 0;       // Hz, mean frequency
+  double amplitude = 0;       // mean amplitude; full scale is 1
+  LineNoise amplitude_noise;  // noise of the amplitude, as a ratio to the mean amplitude
+  LineNoise frequency_noise;  // noise of the frequency, Hz
 };
 
-/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The coefficients
-/// are stored as the reflection coefficients k_1…k_p of the lattice (k_p equals a_p of the predictor of order p). The
-/// filter is stable exactly if all k lie in (−1, 1), and an interpolation of the k of two models is stable, too. The
-/// rotor's lines are added to y.
+/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The model stores the
+/// reflection coefficients k_1…k_p of the lattice instead of the coefficients a_i (k_p equals a_p of the predictor of
+/// order p). The filter is stable if and only if all k lie in (−1, 1). So an interpolation between the k of two models
+/// is stable, too. The rotor's lines are added to y.
 struct ArModel {
-  std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
+  std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1
   double rate = 48000;             // Hz, sampling rate for which the coefficients are valid
-  double spindle = 0;              // rad/s of the recorded drill; 0: not known
+  double spindle = 0;              // rad/s, spindle speed of the recorded drill; 0: not known
   // true if the spindle's speed was estimated from the spectral lines, not given by the user
   bool spindle_estimated = false;
   std::size_t samples = 0;  // number of samples of the recording to which the model was fitted; 0: unknown
@@ -44,20 +45,22 @@ struct ArModel {
   std::size_t order() const { return reflection.size(); }
 };
 
-/// Mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
+/// Returns the mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
 double power_of(const ArModel& model);
-/// 10·log10 of the one-sided power density (1/Hz) of the noise, without the lines, at the frequencies given in Hz.
+/// Returns 10·log10 of the one-sided power density (1/Hz) of the noise, without the lines, at the frequencies given in
+/// Hz.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
-/// The model reduced to its first `order` lattice stages, with the same power. For Burg's method this is exactly the
-/// result of a fit of this order.
+/// Returns the model reduced to its first `order` lattice stages, with the same power. For Burg's method this is
+/// exactly the result of a fit of this order.
 ArModel truncated(const ArModel& model, std::size_t order);
-/// The order with the least Bayesian information criterion; the model's own order if `samples` is unknown.
+/// Returns the order with the least Bayesian information criterion, or the model's own order if `samples` is unknown.
 std::size_t sufficient_order(const ArModel& model);
 
-/// Reads and checks a model file; throws Error naming file, key, found and expected.
+/// Reads and checks a model file. Throws Error with the file, the key, the value that was found, and the value that was
+/// expected.
 ArModel load_model(const std::filesystem::path& file);
-/// The model as JSON text.
+/// Returns the model as JSON text.
 std::string to_json(const ArModel& model);
 
 }  // namespace typodont::audio

@@ -11,15 +11,15 @@
 
 namespace typodont::audio {
 
-/// Produces the samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the ticks that
-/// have arrived, then fills `samples`: with two channels, left and right in turn. The first sample belongs to the tick
-/// time t_first. The output delays t_first by one buffer and a margin, so the ticks for this buffer have already
-/// arrived.
+/// The source of an output's samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the
+/// ticks that have arrived, then fills `samples`; with two channels, left and right samples alternate. The first sample
+/// belongs to the tick time t_first. The output delays t_first by one buffer and a margin, so the ticks for this buffer
+/// have already arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
-  /// Called if the device was opened again at another rate, on the thread of advance(), while nothing renders. May
-  /// allocate.
+  /// Called if the device was opened again at another rate. Runs on the thread of advance() while `render` is not
+  /// running. May allocate.
   void (*rate_changed)(void* self, double sample_rate) = nullptr;
 };
 
@@ -27,7 +27,7 @@ struct AudioOptions {
   double sample_rate = 0;       // Hz, sampling rate; 0: the device's own rate, 48000 for files
   int channels = 1;             // number of channels of the source, 1 or 2
   int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
-  std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
+  std::uint64_t end_after = 0;  // number of samples after which a device stream ends; 0: never
 };
 
 struct AudioStats {
@@ -37,32 +37,34 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  double latency = 0;  // s, time from a tick until its sample leaves the program, without the device's own latency
+  /// s, time from a tick until its sample leaves the program; the device's own latency is not included
+  double latency = 0;
   double device_latency = 0;  // s, additional latency as reported by the device; 0 for files
 };
 
-/// Owned by the application thread; start, advance and stop are called there.
+/// The application thread owns the object and calls start, advance and stop.
 class AudioOutput {
  public:
   virtual ~AudioOutput() = default;
 
-  /// Set-up time. Throws Error for an unknown address, RunFailure if the device refuses.
+  /// Opens the output. Set-up time. Throws Error for an unknown address, RunFailure if the device refuses.
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// Sample 0 of the output has the tick time `t_start` (files) or the current time (devices).
+  /// Starts the output. Its first sample has the tick time `t_start` (files) or the current time (devices).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
   /// Files: renders up to tick time `t`. Devices: checks the stream, reports a lost device and opens it again. Call it
   /// at least ten times a second.
   virtual void advance(Nanos t) = 0;
-  /// Ends the output. A file gets its name only here, when it is complete. Throws Error if it cannot be written.
+  /// Ends the output. A file gets its final name only now, when it is complete. Throws Error if the file cannot be
+  /// written.
   virtual void stop() = 0;
   virtual AudioStats stats() const = 0;
-  /// Text for the user: "wav:drill.wav", "portaudio:HDA Intel (48000 Hz, 256 samples)".
+  /// Describes the output for the user, for example "wav:drill.wav" or "portaudio:HDA Intel (48000 Hz, 256 samples)".
   virtual std::string description() const = 0;
 };
 
-/// Names of the sound card outputs, in the form used after "portaudio:"; empty in a build without PortAudio.
+/// The names of the sound card's outputs, as they are written after "portaudio:". A build without PortAudio has none.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

@@ -1,4 +1,4 @@
-// Work–precision rows of the sound for `typodont bench`: error against time per sample.
+// Benchmark of the sound for `typodont bench`: rows with the error and the time per sample.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ struct BenchOptions {
   int samples = 16384;  // number of samples per repetition
 };
 
-/// Throws Error like fit_recording().
+/// Runs the benchmark. Throws Error like fit_recording().
 std::vector<BenchRow> audio_bench(const BenchOptions& options);
 
 }  // namespace typodont::audio

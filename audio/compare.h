@@ -8,13 +8,13 @@ namespace typodont::audio {
 
 struct SoundMeasure {
   double duration = 0, rate = 0;
-  double level_dB = 0;  // rms re full scale
+  double level_dB = 0;  // dB re full scale, root-mean-square level
   double peak_dB = 0;
   double centroid = 0;        // Hz, spectral centroid up to the common limit: a measure of brightness
-  double rotor = 0;           // Hz, estimated; 0: none found
-  std::vector<double> tones;  // Hz, up to five strongest lines
-  // for each tone the standard deviation of its amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in
-  // a narrow band
+  double rotor = 0;           // Hz, estimated frequency of the rotor; 0: none found
+  std::vector<double> tones;  // Hz, frequencies of the strongest lines, at most five
+  // standard deviation of each tone's amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in a narrow
+  // band
   std::vector<double> tone_variation;
 };
 
@@ -23,9 +23,10 @@ struct Comparison {
   double distance_dB = 0;          // log-spectral distance, including the difference in level
   double shape_distance_dB = 0;    // log-spectral distance after the mean difference in dB is subtracted
   double itakura_saito = 0;        // Itakura–Saito distance of a from b
-  double level_difference_dB = 0;  // b − a
-  double tone_ratio = 0;  // ratio of the frequency of b's strongest tone to that of a's; 0 if one sound has no tone
-  double up_to = 0;       // Hz, upper limit of the distances
+  double level_difference_dB = 0;  // dB, level of b minus level of a
+  /// frequency of b's strongest tone divided by the frequency of a's strongest tone; 0 if one sound has no tone
+  double tone_ratio = 0;
+  double up_to = 0;  // Hz, upper limit of the distances
 };
 
 struct CompareOptions {

@@ -14,25 +14,27 @@ namespace typodont::audio {
 
 /// The part of a servo tick that determines the sound. Plain data, trivially copyable, SI.
 struct SoundState {
-  Nanos t = 0;              // time of the tick; the state takes effect at the nearest sample
-  double spindle = 0;       // rad/s, either sign
-  double pedal = 0;         // 0..1
+  Nanos t = 0;              // ns, time of the tick; the state takes effect at the nearest sample
+  double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
+  double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
-  double force = 0;         // N
-  double removal_rate = 0;  // m³/s
+  double force = 0;         // N, force of the contact
+  double removal_rate = 0;  // m³/s, removal rate
   Tissue tissue = Tissue::kAir;
-  bool cutting_tool = true;  // false for hand instruments: they scrape and tap
+  bool cutting_tool = true;  // false for hand instruments, which scrape and tap
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
-  double suction = 0;        // 0..1
+  double suction = 0;        // strength of the suction, 0..1
   double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow
 };
 
 struct SynthOptions {
-  double hold = 0;           // s, time without a state after which contact ends and the drill runs down; 0: never
-  bool lower_order = false;  // reduce each model to the order with the least BIC (sufficient_order())
+  double hold = 0;  // s; if no state arrives for this time, contact ends and the drill runs down; 0: never
+  /// true: each model is reduced to the order with the least Bayesian information criterion (sufficient_order())
+  bool lower_order = false;
 };
 
-/// Used by one thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
+/// Used by one thread at a time (the audio callback's thread, or the offline renderer's). Only the constructor
+/// allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
@@ -40,8 +42,8 @@ class DrillSynth {
   DrillSynth(DrillSynth&&) noexcept;
   DrillSynth& operator=(DrillSynth&&) noexcept;
 
-  /// Adds a state; states come in order of time. A state older than the next sample takes effect at once and is counted
-  /// as late. If more than kPending states wait, the newest is dropped and counted.
+  /// Adds a state; states come in order of time. If a state is older than the next sample, it takes effect at once and
+  /// is counted as late. If more than kPending states wait, the newest is dropped and counted.
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
@@ -53,7 +55,7 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Number of autoregressive filters that the last sample needed: 0 if silent, 1 idle, 2 working.
+  /// Number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
   int active_filters() const noexcept;
 
  private:

@@ -10,14 +10,14 @@
 namespace typodont::audio {
 
 struct Recording {
-  std::vector<std::vector<double>> channels;  // full scale is 1
-  double rate = 0;                            // Hz
+  std::vector<std::vector<double>> channels;  // samples of each channel; full scale is 1
+  double rate = 0;                            // Hz, sampling rate
   std::size_t length() const { return channels.empty() ? 0 : channels.front().size(); }
-  /// One channel (0, 1, …), or the mean of all with -1.
+  /// Returns one channel (0, 1, …), or the mean of all channels if `channel` is -1.
   std::vector<double> mono(int channel = -1) const;
 };
 
-/// Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
+/// Reads a recording. Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
 Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
@@ -30,7 +30,7 @@ class WavWriter {
   ~WavWriter();
   WavWriter(const WavWriter&) = delete;
   WavWriter& operator=(const WavWriter&) = delete;
-  /// The samples of the channels in turn. Throws Error if the disk is full.
+  /// Writes samples. The samples of the channels alternate. Throws Error if the disk is full.
   void write(std::span<const float> samples);
   void finish();
 

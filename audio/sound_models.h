@@ -1,4 +1,5 @@
-// The sound models of a drill: idle, working in each tissue, and how they depend on the spindle's speed.
+// The sound models of a drill: one for idling, one for work in each tissue, and the parameters of their dependence on
+// the spindle's speed.
 #pragma once
 
 #include <array>
@@ -12,21 +13,22 @@
 
 namespace typodont::audio {
 
-/// A tone at a multiple of the rotor's frequency, for drills without a recording of this tone.
+/// A tone at a multiple of the rotor's frequency. It is used for drills without a recording of this tone.
 struct RotorTone {
   double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
   double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
-/// Levels measured on a real drill: the difference between the sound at work and the idle sound at free speed.
+/// Levels of a real drill, measured at one contact: the differences between the sound at work and the sound when the
+/// drill idles at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
-  double force = 0;         // N
-  double contact_area = 0;  // m²
-  double removal_rate = 0;  // m³/s
+  double force = 0;         // N, force of the contact
+  double contact_area = 0;  // m², contact area
+  double removal_rate = 0;  // m³/s, removal rate
   double spindle = 0;       // rad/s, spindle speed at work
   double level_dB = 0;      // dB, change of the level of the whole sound
-  double high_dB = 0;       // change of the level above 4 kHz
+  double high_dB = 0;       // dB, change of the level above 4 kHz
 };
 
 /// Plain data. A missing working model is derived from the idle model by the mapping in audio/README.md ("Working
@@ -40,15 +42,15 @@ struct SoundModels {
   // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all working models
-  // factor of the additional high frequencies at high force and removal; 1: their amplitude is doubled
+  // gain of the additional high frequencies at high force and high removal rate; 1: their amplitude is doubled
   double brightness = 1;
   double spray_dB = 0;  // dB, increase of the idling drill's level by water spray; 0: the spray is silent
   double level = 1;     // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };
 
-/// Reads a voice file ("kind": "voice") with the model files it names, or a single model file as an idle voice.
-/// Throws Error naming file, key, found and expected.
+/// Reads a voice file ("kind": "voice") and the model files that it names, or a single model file as an idle voice.
+/// Throws Error with the file, the key, the value that was found, and the value that was expected.
 SoundModels load_sound_models(const std::filesystem::path& file);
 
 }  // namespace typodont::audio

@@ -11,12 +11,14 @@ struct Spectrogram {
   double f_step = 0;       // Hz, distance between neighbouring bins; bin 0 is at 0 Hz
   std::size_t frames = 0;  // number of frames, spread evenly over the whole sound
   std::size_t bins = 0;
-  std::vector<float> dB;  // power density re full scale² per Hz, frame by frame
+  /// dB re full scale² per Hz, power density: all bins of the first frame, then all bins of the second frame, …
+  std::vector<float> dB;
 
   float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
 };
 
-/// `rate` in Hz. Each frame is the mean power over its part of the sound, and over at least `window` s.
+/// Computes the spectrogram. `rate`: Hz, sampling rate. Each frame is the mean power over its part of the sound, and
+/// over at least `window` s.
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window = 0.04);
 
 }  // namespace typodont::audio

@@ -16,7 +16,7 @@ namespace typodont::audio {
 /// does not depend on the servo rate, so the sound does not depend on it either.
 class TickVoice {
  public:
-  /// `tools_cut`: for each tool of the session, whether it is a bur. Other tools scrape and tap.
+  /// `tools_cut`: for each tool of the session, true if the tool is a bur. Other tools only scrape and tap.
   explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;
@@ -25,10 +25,10 @@ class TickVoice {
  private:
   struct Seen {
     Nanos t = 0;
-    double removed = 0;  // m³, all tissues
+    double removed = 0;  // m³, removed volume of all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // ring buffer, long enough for 12 kHz
+  static constexpr std::size_t kSeen = 64;  // length of the ring buffer, sufficient for a servo rate of 12 kHz
   std::array<Seen, kSeen> seen_{};
   std::size_t count_ = 0, back_ = 0;  // number of ticks so far; index of the tick from which differences are taken
   std::vector<bool> tools_cut_;

@@ -1,6 +1,6 @@
-// Calibrates the haptic arm's geometry. The captures show the stylus tip resting in fixed sockets and touching a
-// plate of known points. Parameters that the captures do not determine keep their values and are listed. SI; any
-// thread; set-up time.
+// Calibrates the haptic arm's geometry. In each capture, the stylus tip rests in a fixed socket or touches a known
+// point of a plate. Parameters that the captures do not determine keep their values and are listed. SI; any thread;
+// set-up time.
 #pragma once
 
 #include <array>
@@ -13,15 +13,15 @@
 
 namespace typodont::calibration {
 
-/// Joint angles A to F from the encoders, before calibration.
+/// Joint angles A to F as the encoders report them, before calibration.
 struct ArmReading {
-  std::array<double, 6> angle{};  // rad
+  std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
 /// A serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are absolute; x points
 /// towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m: La, Lb, Lc
+  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
   dvec3 origin{0.220, 0, 0.080};                     // m, origin of H relative to the foot of the arm
   std::array<double, 6> offset{};                    // rad, offsets of the encoders of A to F
   std::array<double, 3> scale{1, 1, 1};              // scale factors of the encoders of A, B, C
@@ -29,19 +29,19 @@ struct ArmGeometry {
 };
 
 inline constexpr std::size_t kArmParameters = 18;
-/// Names of the parameters in the order of to_vector: "upper link", …
+/// Returns the names of the parameters in the order of to_vector: "upper link", …
 std::span<const char* const> arm_parameter_names();
-/// Plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and compares
-/// its uncertainty with it.
+/// Returns the plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and
+/// compares the parameter's uncertainty with it.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-// returns X_HS, the pose of the wrist's centre
+// Returns X_HS, the pose of the wrist's centre.
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip, position of the stylus tip
-/// Derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, rad or unit
-/// of scale).
+/// Returns the derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, per
+/// rad, or per unit of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// One capture of the resting tip. Captures of the same group come from the same socket (`known` is empty) or the
@@ -54,8 +54,9 @@ struct ArmCapture {
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // SI, values before and after the calibration
-  double sigma = 0;       // SI, standard deviation; if the captures do not determine the parameter, its plausible error
+  double before = 0, after = 0;  // values before and after the calibration, in SI units
+  /// standard deviation in SI units; if the captures do not determine the parameter, its plausible error
+  double sigma = 0;
   double determined = 0;  // 0..1: fraction of the plausible error that the captures removed
 };
 
@@ -64,17 +65,19 @@ struct ArmResult {
   std::vector<ArmParameter> parameters;
   // Parameters, or combinations of parameters, that the captures do not determine; in words
   std::vector<std::string> not_observable;
-  // m, rms over all captures: distance between the computed tip position and the fixed one
+  // m, root mean square over all captures of the distance between the computed tip position and the position where the
+  // tip rested
   double before_rms = 0, after_rms = 0;
-  double sigma = 0;  // m, standard deviation per axis
+  double sigma = 0;  // m per axis, standard deviation of a capture
   int degrees_of_freedom = 0;
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m, one per capture
-  // reason why no arm of this type explains the captures; empty: it does. If not empty, do not use the result
+  std::vector<std::size_t> rejected;  // indices of the rejected captures
+  std::vector<double> residuals;      // m, residual of each capture
+  // reason why an arm of this type cannot explain the captures (then do not use the result); empty: it can explain them
   std::string misfit;
 };
 
-/// Throws Error if there is no capture, or if a group contains both sockets and plate points.
+/// Calibrates an arm whose geometry is nearly `nominal`. Throws Error if there is no capture, or if a group contains
+/// both sockets and plate points.
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal);
 
 }  // namespace typodont::calibration

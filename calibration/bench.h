@@ -1,5 +1,5 @@
-// Work–precision rows of the solvers: error and time for a number of touches, compared with Eigen's and OpenCV's
-// solvers on the same seeded data.
+// Benchmark of the solvers: error and time for a number of touches, compared with Eigen's and OpenCV's solvers on the
+// same seeded data.
 #pragma once
 
 #include <vector>

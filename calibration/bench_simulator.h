@@ -1,5 +1,5 @@
 // Simulates a complete mirror bench: an arm with wrong link lengths, a panel and a mirror that deviate from the
-// drawings, and a user with individual eyes and an unsteady hand. With it, the calibration routine runs and is tested
+// drawings, and a user with individual eyes and an unsteady hand. The simulation runs and tests the calibration routine
 // without hardware.
 #pragma once
 
@@ -14,11 +14,11 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
-  bool arm_errors = true;     // link errors of ±1 mm, joint errors of ±1°, scale errors of ±0.5 %
+  bool arm_errors = true;  // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
   // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
   // up to twice this value
   double placement_error = 0.02;
-  dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, position felt minus position seen
+  dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, systematic offset of the user: position felt minus position seen
   double delay = 0.0234;                       // s, delay of the display relative to the arm
   double touches = 1;                          // factor on the number of touches of every step
 };
@@ -29,17 +29,18 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The nominal bench from the drawings; the routine starts with it.
+  /// Returns the nominal bench from the drawings, with which the routine starts.
   BenchState drawings() const;
 
-  /// The encoder readings for a tip exactly at p_W, with an arbitrary wrist orientation.
+  /// Returns the encoder readings while the tip is exactly at p_W. The orientation of the wrist is arbitrary.
   ArmReading hold(const dvec3& p_W);
-  /// A touch by an unsteady hand at p_W. `believed_arm`: the geometry with which the touch's position is computed.
+  /// Simulates a touch at p_W by an unsteady hand. `believed_arm` is the geometry with which the touch's position is
+  /// computed.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
-  /// The point that this user touches when a program draws a point at p_W.
+  /// Returns the point that this user touches when a program draws a point at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Makes the captures of each step with the bench as known at that time.
+  // Makes the captures of each step. `bench` is the estimate of the bench before this step.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);
@@ -48,10 +49,11 @@ class BenchSimulator {
   void capture_verify(Captures& captures, const BenchState& bench);
 
   struct Colocation {
-    double rms = 0, worst = 0, mean = 0;  // m
+    double rms = 0, worst = 0, mean = 0;  // m, error over all points
   };
-  /// Co-location error of the present calibration over 9×9×9 points of the workspace. The arm's pose is read and the
-  /// tool is drawn there; the error is the distance between hand and drawn tool, as the user sees it.
+  /// Returns the co-location error of the present calibration over 9×9×9 points of the workspace. At each point the
+  /// arm's pose is read, and the tool is drawn at this pose. The error is the distance between the hand and the drawn
+  /// tool, as the user sees it.
   Colocation colocation(const BenchState& bench);
 
  private:
@@ -62,7 +64,8 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the routine step by step, from the drawings on: captures, then the solution.
+/// Runs the routine step by step, beginning with the bench of the drawings. Each step makes its captures, then solves
+/// them.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

@@ -1,7 +1,8 @@
-// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. Keys carry
-// the unit; inside, values are in metres and seconds. Throws Error naming file, line, column, found, expected. Units:
-// each group of length columns ends in _mm or in _m. A group in _mm is refused if all its coordinates are below 3 mm,
-// because these are probably metres. A group with a coordinate beyond 10 m is also refused.
+// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. The name of a
+// key contains its unit; in the program, values are in metres and seconds. Throws Error with the file, the line, the
+// column, the value that was found, and the value that was expected. Units: each group of length columns ends in _mm or
+// in _m. A group in _mm is refused if all its coordinates are below 3 mm, because these are probably metres. A group
+// with a coordinate beyond 10 m is also refused.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +27,7 @@ struct PosePairs {
 
 /// Reads pairs of points. Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or other letters for the two frames.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
-Stream read_stream(const std::filesystem::path& file);  // columns t_s,x_mm,y_mm,z_mm
+Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
 /// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length
 /// must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);

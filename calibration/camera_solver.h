@@ -29,7 +29,7 @@ struct Sighting {
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;         // position on the panel
   dvec3 touched_W{0, 0, 0};  // m, point touched with the stylus; equal values mean the same point
-  double px = 0, py = 0;     // pixels, right and down from the centre of the first pixel
+  double px = 0, py = 0;     // pixels, position to the right of and below the centre of the first pixel
 };
 
 struct CameraOptions {
@@ -42,8 +42,10 @@ struct CameraResult {
   // poses of the camera (x right, y down, z forward), one for each picture, in the order of the pictures' numbers
   std::vector<Pose> X_WK;
   Panel panel;
-  double width = 0, height = 0, width_sigma = 0, height_sigma = 0;  // m
-  dvec3 centre_sigma{0, 0, 0};                                      // m
+  // m, width and height of the panel's picture, and their standard deviations
+  double width = 0, height = 0, width_sigma = 0, height_sigma = 0;
+  /// m per axis, standard deviation of the panel's centre
+  dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
   // rad, uncertainty of the mirror's tilt; m, uncertainty of its offset at the mirror point below the panel
@@ -54,11 +56,12 @@ struct CameraResult {
   std::string not_determined;  // parameters that the sightings do not determine; empty: none
 };
 
-/// `start`: the nominal panel, used as the initial guess. Throws Error if there are no sightings of the panel.
+/// Calibrates from sightings. `start`: the nominal panel, used as the initial guess. Throws Error if there are no
+/// sightings of the panel.
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
-/// Position in a picture of the camera.
+/// A position in a picture of the camera.
 struct Pixel {
   double x = 0, y = 0;
 };
@@ -68,9 +71,9 @@ Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W
 /// panel, 2 panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
-/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the
-/// first cell inside them is dark). columns + rows must be odd, so that the board looks different when rotated by
-/// 180°.
+/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the first
+/// cell inside the inner corners is dark). columns + rows must be odd, so that the board and the board rotated by 180°
+/// are different.
 struct BoardPicture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
@@ -79,8 +82,9 @@ struct BoardPicture {
 BoardPicture draw_board(int columns, int rows, int width, int height);
 
 #ifdef TYPODONT_CAMERA
-/// Finds the corners of such a board in a picture with OpenCV's detector. Returns them in the order of draw_board();
-/// empty unless the whole board is visible. `mirrored`: the picture shows the board in a mirror.
+/// Finds the corners of a board from draw_board() in a picture, with OpenCV's detector. Returns the corners in the
+/// order of draw_board(); empty unless the whole board is visible. `mirrored`: true if the picture shows the board in a
+/// mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
 #endif
 

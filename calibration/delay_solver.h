@@ -12,8 +12,8 @@ namespace typodont::calibration {
 
 /// One recording. Times strictly increase. They may be irregular; samples may be missing or frozen.
 struct Stream {
-  std::vector<double> t;  // s
-  std::vector<dvec3> p;   // m
+  std::vector<double> t;  // s, times of the samples
+  std::vector<dvec3> p;   // m, positions of the samples
 };
 
 struct DelayOptions {
@@ -28,7 +28,7 @@ struct DelayResult {
   bool ambiguous = false;
   std::string reason;              // the reason for an ambiguous result, as one sentence
   std::vector<double> candidates;  // s, all delays that explain the streams equally well, nearest to zero first
-  bool rich = false;               // the motion determines the delay to 0.1 ms
+  bool rich = false;               // true if the motion determines the delay to 0.1 ms
   // relative difference of the rate of clock B from clock A (1e-6 = 1 ppm); 0 if not significant
   double skew = 0, skew_sigma = 0;
   double reference_time = 0;  // s, time at which `delay` is valid

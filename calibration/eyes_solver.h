@@ -13,7 +13,7 @@
 namespace typodont::calibration {
 
 struct EyeAlignment {
-  bool right = false;  // the eye that saw the dot
+  bool right = false;  // true: the right eye saw the dot; false: the left eye
   PanelPoint dot;
   dvec3 p_W{0, 0, 0};  // m, position of the stylus tip
 };
@@ -25,17 +25,17 @@ struct SeenTouch {
 
 /// Systematic offset between the positions that a user feels and sees.
 struct UserOffset {
-  dvec3 W{0, 0, 0}, sigma{0, 0, 0};  // m, position touched minus position seen
+  dvec3 W{0, 0, 0}, sigma{0, 0, 0};  // m, position touched minus position seen; and its standard deviation
   int touches = 0, rejected = 0;
 };
 
 struct EyesResult {
   EyePair eyes;
-  std::array<double, 3> center_sigma{};  // m
-  double ipd_sigma = 0;                  // m
-  double sigma = 0, rms = 0;             // m, noise and rms residual, both perpendicular to the line of sight
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;          // m
+  std::array<double, 3> center_sigma{};   // m per axis, standard deviation of the eyes' centre
+  double ipd_sigma = 0;                   // m, standard deviation of the interpupillary distance
+  double sigma = 0, rms = 0;              // m, noise and rms residual, both perpendicular to the line of sight
+  std::vector<std::size_t> rejected;      // indices of the rejected alignments
+  std::vector<double> residuals;          // m, residual of each alignment
   std::string not_determined;             // parameters that the alignments do not determine; empty: none
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
@@ -43,9 +43,9 @@ struct EyesResult {
 /// Estimates the eyes. `rig` contains the panel and the mirror; its eyes are the initial guess.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// Mean of touched minus seen positions. A test against the median excludes outliers. Needs at least two touches. A
-/// displaced base has the same effect, so the base must be calibrated separately (joint_solver.h distinguishes base
-/// and offset).
+/// Returns the mean of touched minus seen positions, without outliers, which are found by a test against the median.
+/// Needs at least two touches. A displaced base has the same effect, so the base must be calibrated separately
+/// (joint_solver.h distinguishes base and offset).
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

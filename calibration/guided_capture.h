@@ -22,25 +22,25 @@ std::optional<Step> step_named(std::string_view name);
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
-  std::string text;                        // one or two sentences
+  std::string text;                        // text of the prompt, one or two sentences
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
-  bool left_eye = true, right_eye = true;  // the eyes that see their dots
+  bool left_eye = true, right_eye = true;  // true if this eye sees its dot
   std::optional<dvec3> target_D;           // position at which the point should appear
   std::optional<Dots> astray;  // ring around the last touch, one per eye, if this touch does not fit the other touches
 };
 
-/// Result of a touch.
+/// Evaluation of a touch, available at once.
 struct Live {
   std::size_t index = 0;              // index of the touch in its step
   double residual = 0;                // m, residual of this touch; 0 while the step has too few touches
   double rms = 0;                     // m, root mean square of all residuals of the step up to now
-  double predicted_tre = 0;           // m, predicted error over the workspace; only while registering
-  bool outlier = false;               // this touch is an outlier
+  double predicted_tre = 0;           // m, predicted target error over the workspace; only while registering
+  bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // position of the touch
   std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now
   Cue cue = Cue::kTaken;
-  std::string text;  // one line to show
+  std::string text;  // text of one line to show
 };
 
 class GuidedCapture {
@@ -84,7 +84,7 @@ struct Picture {
 };
 Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored, bool upside_down = false);
 
-/// The samples of a short tone, mono, -1..1.
+/// Returns the samples of a short tone, mono, -1..1.
 std::vector<float> cue_sound(Cue cue, double sample_rate);
 
 }  // namespace typodont::calibration

@@ -1,9 +1,10 @@
-// Estimates the pose of a sensor on an arm, and the pose of its counterpart in the room. The input is pairs of poses
-// that the arm and a tracker report at the same times. SI; any thread; set-up time. Frames: H haptic base, S stylus,
-// K camera or tracker, M marker or target. Robot–world: A_i X = Z B_i. With a marker M on the stylus and a tracker K
-// in the room: A = X_HS, B = X_KM, X = X_SM, Z = X_HK. Hand–eye: with a camera K on the stylus and a target M in the
-// room, the same equation holds with B = X_MK, the inverse of what the camera reports; X = X_SK, Z = X_HM. For pure
-// motions (A_i X = X B_i), Z equals X.
+// Estimates two unknown poses: the pose X of a sensor on an arm, and the pose Z of its counterpart in the room. The
+// input is pairs of poses A_i, B_i that the arm and a tracker report at the same times; the equation is A_i X = Z B_i.
+// SI; any thread; set-up time. Frames: H haptic base, S stylus, K camera or tracker, M marker or target.
+//
+// Robot–world: a marker M is on the stylus and a tracker K in the room. Then A = X_HS, B = X_KM, X = X_SM, Z = X_HK.
+// Hand–eye: a camera K is on the stylus and a target M in the room. Then A = X_HS, B = X_MK (the inverse of the pose
+// that the camera reports), X = X_SK, Z = X_HM. For pure motions (A_i X = X B_i), Z equals X.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@
 namespace typodont::calibration {
 
 struct HandEyeOptions {
-  bool motions = false;  // A and B are relative motions instead of poses, and the equation is A X = X B
+  bool motions = false;  // true: A and B are relative motions instead of poses, and the equation is A X = X B
   bool reject_outliers = true;
   double false_alarm = 5e-4;  // probability of rejecting at least one good row
 };
@@ -29,16 +30,18 @@ struct HandEyeResult {
   std::vector<std::size_t> inliers, outliers;  // indices of rows, ascending
   std::vector<double> rotation_residuals;      // rad, one per row
   std::vector<double> translation_residuals;   // m, one per row, at the origin of B's moving frame
-  double rotation_sigma = 0;                   // rad per axis, arm and tracker combined
-  double translation_sigma = 0;                // m per axis
+  /// rad per axis, standard deviation of the noise of arm and tracker together
+  double rotation_sigma = 0;
+  /// m per axis, standard deviation of the noise of arm and tracker together
+  double translation_sigma = 0;
   double main_turn = 0, second_turn = 0;  // rad rms, rotation of the arm about its main axis and about its second axis
   std::string not_determined;             // reason why X and Z must not be used; empty: they can be used
 };
 
-/// Closed-form solution (Shah 2013, Kronecker product), then maximum likelihood (Ceres) with the 6×6 covariance of
-/// the noise estimated from the residuals. Up to half of the rows minus two may be wrong in any way (least trimmed
-/// squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is rejected. Throws Error if
-/// the lists differ in length or have fewer than 3 poses (2 motions).
+/// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres) with the
+/// 6×6 covariance of the noise, which is estimated from the residuals. Up to half of the rows minus two may be wrong in
+/// any way (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is
+/// rejected. Throws Error if the lists differ in length or have fewer than 3 poses (2 motions).
 HandEyeResult solve_hand_eye(std::span<const Pose> A, std::span<const Pose> B, const HandEyeOptions& options = {});
 
 }  // namespace typodont::calibration

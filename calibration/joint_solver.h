@@ -1,7 +1,7 @@
-// Solves all captures together: arm, panel, mirror, eyes and the user's offset must explain all touches. The single
-// steps give the initial guess. The joint solution removes errors that one step passes on to the next. For example,
-// alignments alone determine an eye only to millimetres; touches of points seen with both eyes improve this. Metres;
-// any thread.
+// Solves all captures together: arm, panel, mirror, eyes and the user's offset must explain all touches. The results of
+// the single steps are the initial guess. The joint solution removes errors that one step passes on to the next. For
+// example, alignments alone determine an eye only to millimetres; touches of points seen with both eyes improve this.
+// Metres; any thread.
 #pragma once
 
 #include <string>
@@ -16,9 +16,10 @@ struct JointResult {
   Panel panel;
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
-  dvec3 user_offset_W{0, 0, 0}, user_offset_sigma{0, 0, 0};  // m, position felt minus position seen
-  dvec3 eye_center_sigma{0, 0, 0};                           // m
-  double ipd_sigma = 0;                                      // m
+  /// m, position felt minus position seen, and its standard deviation
+  dvec3 user_offset_W{0, 0, 0}, user_offset_sigma{0, 0, 0};
+  dvec3 eye_center_sigma{0, 0, 0};  // m, standard deviation of the eyes' centre
+  double ipd_sigma = 0;             // m, standard deviation of the interpupillary distance
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
@@ -28,8 +29,8 @@ struct JointResult {
   double seconds = 0;
 };
 
-/// Requires panel marks, alignments of both eyes, and registration touches with recorded dots; otherwise throws
-/// Error. The haptic base keeps bench.rig.X_WH, because X_WH defines W.
+/// Solves all captures together. Throws Error if panel marks, alignments of both eyes, or registration touches with
+/// recorded dots are missing. The haptic base keeps bench.rig.X_WH, because X_WH defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -11,9 +11,9 @@
 
 namespace typodont::calibration {
 
-/// The least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16 pairs
-/// and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the best
-/// solutions.
+/// Returns the least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16
+/// pairs and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the
+/// best solutions.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
 /// Reasons why a registration cannot be trusted.
@@ -57,31 +57,34 @@ struct RegistrationResult {
   Pose X_DH;
   std::vector<std::size_t> inliers, outliers;  // indices of pairs, ascending
   std::vector<double> residuals;               // m, |X_DH p_H - p_D| for every pair
-  double fre_rms = 0;                          // m, over the inliers
-  double sigma = 0;                            // m per axis, standard deviation; NaN if undetermined
-  int degrees_of_freedom = 0;                  // degrees of freedom of the estimate of sigma
+  double fre_rms = 0;                          // m, root-mean-square fiducial error of the inliers
+  /// m per axis, standard deviation of the noise; NaN if it cannot be estimated
+  double sigma = 0;
+  int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t).
   /// An undetermined rotation has the variance of a uniform angle, π²/3.
   std::array<double, 36> covariance{};
   // condition number: ratio of the worst to the best determined rotation; 1e16 if a rotation is undetermined
   double condition = 1;
-  double predicted_tre_rms = 0;  // m, root mean square over the workspace
+  double predicted_tre_rms = 0;  // m, root mean square of the predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
   std::vector<Rival> rivals;  // competing motions, largest group first; if not empty, the result is ambiguous
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Robust registration with uncertainty and outlier detection. Breakdown: fewer than half of the pairs may be wrong
-/// in any way; their effect is then no larger than that of wrong pairs within the noise. Of scattered outliers, up to
-/// 70 % are tolerated. Throws Error if there is no pair, or if the two lists differ in length.
+/// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
+/// wrong in any way (breakdown); their effect is then no larger than the effect of wrong pairs within the noise. If the
+/// outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
+/// lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 
-/// Expected rms error of the registration at a point of H, m.
+/// Returns the expected rms error (m) of the registration at a point of H.
 double predicted_tre(const RegistrationResult& result, const dvec3& p_H);
 
-/// Index of the candidate point whose touch would most reduce the mean squared TRE over the workspace.
+/// Returns the index of the candidate point whose touch would most reduce the mean squared target error (TRE) over the
+/// workspace.
 std::size_t most_useful_touch(std::span<const dvec3> touched_H, std::span<const dvec3> candidates_H,
                               const Box& workspace_H);
 

@@ -1,6 +1,6 @@
-// The calibrated fields of a rig file. Reads and writes the fields that the calibration owns (screen, mirror, head,
-// X_WH, and the block "calibration" with date, device serials, covariances and the folder of the raw captures), and
-// does not change any other field. Throws Error naming file and key.
+// The calibrated fields of a rig file. Reads and writes the fields that belong to the calibration (screen, mirror,
+// head, X_WH, and the block "calibration" with date, device serials, covariances and the folder of the raw captures).
+// Does not change any other field. Throws Error with the file and the key.
 #pragma once
 
 #include <array>
@@ -21,17 +21,17 @@ class RigFile {
   RigFile(RigFile&&) noexcept;
   ~RigFile();
 
-  /// Geometry and arm from the file; parts that the file lacks have their default values.
+  /// Returns geometry and arm from the file. Parts that are missing in the file have their default values.
   BenchState bench() const;
-  /// "FILE.captures" beside the rig, or the folder that the file names.
+  /// Returns the folder that the file names, or "FILE.captures" beside the rig.
   std::filesystem::path captures_folder() const;
 
-  /// Date at which a step was last solved ("2026-03-01T10:15:00Z"); empty: never.
+  /// Returns the date at which a step was last solved, for example "2026-03-01T10:15:00Z"; empty: never.
   std::string step_date(const std::string& step) const;
 
   /// Copies the results of the bench's steps into the file. Steps without a result keep the record that the file has.
   void set(const BenchState& bench);
-  /// Records that a step without a result of its own was done at the present time.
+  /// Records the present time as the date of a step that has no result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
   /// Sets the date, and writes the file completely or not at all.
@@ -43,7 +43,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// Results of all steps as JSON, for --json and for "calibration.steps" of the rig.
+/// Returns the results of all steps as JSON, for --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

@@ -1,5 +1,4 @@
-// Geometry of the picture on the bench: panel, mirror, eyes, and pose of the haptic base. Pure geometry, metres, frame
-// W.
+// Geometry of the picture on the bench: panel, mirror, eyes, and pose of the haptic base. Metres, frame W.
 #pragma once
 
 #include <optional>
@@ -8,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// The physical panel; u points right, v up, both 0..1 over the picture.
+/// The physical panel. u points right and v up; both are 0..1 over the picture.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -19,7 +18,7 @@ struct Panel {
 /// The plane n·x = offset, with unit normal n.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
-  double offset = 0;  // m
+  double offset = 0;  // m, distance of the plane from the origin along n
   dvec3 reflect(const dvec3& p) const { return p - 2 * (glm::dot(normal, p) - offset) * normal; }
 };
 
@@ -36,7 +35,7 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Apparent position of a pixel: behind the mirror; without a mirror, on the panel itself.
+  /// Returns the apparent position of a pixel: behind the mirror, or on the panel itself if there is no mirror.
   dvec3 appears(double u, double v) const {
     const dvec3 p = panel.at(u, v);
     return mirror ? mirror->reflect(p) : p;
@@ -52,18 +51,18 @@ struct Dots {
   PanelPoint left, right;
 };
 
-/// The pixel that makes a point appear at p_W to one eye.
+/// Returns the position on the panel at which a pixel must be lit, so that one eye sees a point at p_W.
 PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
 
 inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// Midpoint of the shortest connection between two lines of sight.
+/// Returns the midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Position at which a user sees a point that a program draws at p_W. The program assumes the geometry `believed`;
-/// the eyes and the bench have the geometry `truth`.
+/// Returns the position at which a user sees a point that a program draws at p_W. The program assumes the geometry
+/// `believed`; the true geometry of eyes and bench is `truth`.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

@@ -17,8 +17,8 @@
 
 namespace typodont::calibration {
 
-/// A touch as captured: the point that the arm reported, and the encoder readings if available. So the point can be
-/// computed again when the arm's geometry is better known.
+/// One touch: the point that the arm reported, and the encoder readings if available. With the readings, the point can
+/// be computed again when the arm's geometry is better known.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -39,7 +39,7 @@ struct PairCapture {
   Touch touch;
   std::optional<Dots>
       dots;  // dots shown on the panel, from which the point can be computed again when the eyes are better known
-  /// Apparent position of the point for the given rig.
+  /// Returns the apparent position of the point for the given rig.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
@@ -70,7 +70,7 @@ struct JointResult;
 /// The present estimate of a bench, and the result of each step.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // in frame W = D
+  RigGeometry rig;  // geometry in frame W, which equals D
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;
@@ -83,12 +83,12 @@ struct BenchState {
   std::optional<DelayResult> delay;
 };
 
-// Each of these functions solves one step from its captures, and applies the result unless it is undetermined. Throws
-// Error.
+// Each of these functions solves one step from its captures. It applies the result unless the captures do not determine
+// it. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-/// `user_offset`: also estimate the user's systematic offset between seeing and feeling, from the touches of register
-/// or verify.
+/// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,
+/// too, from the touches of the step register or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
 /// Returns the eyes as determined by the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);

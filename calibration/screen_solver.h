@@ -18,33 +18,34 @@ struct MarkTouch {
 };
 
 struct PanelResult {
-  Panel panel;                   // an exact rectangle
-  double width = 0, height = 0;  // m
+  Panel panel;                   // the panel that fits best, as an exact rectangle
+  double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
-  std::array<double, 3> centre_sigma{};  // m
-  double tilt_sigma = 0;                 // rad, standard deviation of the tilt about the worst axis
-  double sigma = 0, rms = 0;             // m
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m
-  std::string not_determined;     // parameters that the touches do not determine; empty: none
+  std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
+  /// rad, standard deviation of the panel's tilt, about the axis for which it is largest
+  double tilt_sigma = 0;
+  double sigma = 0, rms = 0;          // m, noise, and rms residual of the touches that are not rejected
+  std::vector<std::size_t> rejected;  // indices of the rejected touches
+  std::vector<double> residuals;      // m, residual of each touch
+  std::string not_determined;         // parameters that the touches do not determine; empty: none
 };
 
-/// Estimates the panel. `tip_radius`: m, radius of a ball at the end of the stylus; the ball touches the visible side
+/// Estimates the panel. `tip_radius`: m, radius of a ball at the end of the stylus. The ball touches the visible side
 /// of the panel.
 PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 0);
 
 struct MirrorResult {
   MirrorPlane mirror;
-  double tilt_sigma = 0;    // rad, standard deviation of the tilt about the worst axis
-  double offset_sigma = 0;  // m, standard deviation at the centre of the touches
+  double tilt_sigma = 0;    // rad, standard deviation of the mirror's tilt, about the axis for which it is largest
+  double offset_sigma = 0;  // m, standard deviation of the offset at the centre of the touches
   double sigma = 0, rms = 0;
-  std::vector<std::size_t> rejected;
-  std::vector<double> residuals;  // m
+  std::vector<std::size_t> rejected;  // indices of the rejected touches
+  std::vector<double> residuals;      // m, residual of each touch
   std::string not_determined;
 };
 
-/// Estimates the mirror. The normal points towards `seen_from_W`, the position of the eyes; a ball of `tip_radius`
-/// touches that side.
+/// Estimates the mirror. The normal points towards `seen_from_W`, the position of the eyes. A ball with radius
+/// `tip_radius` touches the side that faces the eyes.
 MirrorResult solve_mirror(std::span<const dvec3> touches_W, const dvec3& seen_from_W, double tip_radius = 0);
 
 }  // namespace typodont::calibration

@@ -8,14 +8,14 @@
 
 namespace typodont::calibration {
 
-/// Probability P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
+/// Returns the probability P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
 double chi_squared_cdf(double x, double dof);
-/// The value x for which P(X <= x) = p, for a chi-squared variable.
+/// Returns the value x for which P(X <= x) = p, for a chi-squared variable.
 double chi_squared_quantile(double p, double dof);
-/// The value x for which P(X <= x) = p, for Fisher's F with (d1, d2) degrees of freedom.
+/// Returns the value x for which P(X <= x) = p, for Fisher's F with (d1, d2) degrees of freedom.
 double f_quantile(double p, double d1, double d2);
 
-/// Seeded random numbers: the same in every run.
+/// Seeded random numbers, which are the same in every run.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : engine_(seed) {}
@@ -23,7 +23,7 @@ class Noise {
   double normal(double sigma = 1) { return sigma * normal_(engine_); }
   dvec3 normal3(double sigma);
   dvec3 in_box(const dvec3& low, const dvec3& high);
-  dquat rotation();  // uniform on SO(3)
+  dquat rotation();  // random rotation, uniform on SO(3)
   std::size_t index(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(engine_); }
 
  private:

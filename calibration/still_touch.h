@@ -1,5 +1,6 @@
-// Extracts touches from the samples of a hand: the mean over a tenth of a second before the pedal is pressed, if the
-// tip was at rest then. The time before the press is used because pressing the pedal shakes the hand.
+// Extracts touches from the samples of a hand. A touch is the mean over a tenth of a second before the pedal is
+// pressed, if the tip was at rest during this time. The time before the press is used because pressing the pedal shakes
+// the hand.
 #pragma once
 
 #include <array>
@@ -15,21 +16,21 @@ class StillTouch {
  public:
   struct Limits {
     double window = 0.1;     // s, averaging time
-    double radius = 0.3e-3;  // m, largest distance of a sample from the mean
+    double radius = 0.3e-3;  // m, limit of the distance of a sample from the mean
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample. `asked`: a key was pressed. Any result but kNone is the answer to the pedal or the key. Each
-  /// press of the pedal gets one answer; a pedal that is already pressed at the first sample must be released first.
-  /// `joints` (rad, all six or none) are averaged in the same way. Never allocates.
+  /// Adds one sample. `asked`: true if a key was pressed. The result is not kNone if it is the answer to a press of the
+  /// pedal or the key. Each press of the pedal gets one answer; a pedal that is already pressed at the first sample
+  /// must be released first. `joints` (rad, all six or none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   const dvec3& point() const noexcept { return mean_; }  // mean position at the last kTaken or kMoved
   /// True if every sample of the last kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
-  const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad
+  const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad, mean joint angles
   double moved() const noexcept { return moved_; }  // m, largest distance of a sample from point()
 
  private:
@@ -45,7 +46,7 @@ class StillTouch {
   }
 
   Limits limits_;
-  std::vector<Sample> samples_;  // ring buffer
+  std::vector<Sample> samples_;  // ring buffer of the samples
   std::size_t next_ = 0, count_ = 0;
   bool pedal_down_ = true;
   dvec3 mean_{0};

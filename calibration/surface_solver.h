@@ -15,22 +15,23 @@ namespace typodont::calibration {
 /// A point of the scanned surface. All points represent the same area.
 struct SurfacePoint {
   dvec3 p_S;
-  dvec3 n_S;  // unit, outward
+  dvec3 n_S;  // unit normal, outward
 };
 
-/// The field at a point of D. `known`: the nearest surface is close enough and belongs to the part that is registered.
+/// The field at a point of D. `known`: true if the nearest surface is close enough and belongs to the part that is
+/// registered.
 struct FieldSample {
   bool known = false;
-  double distance = 0;  // m, negative inside
-  dvec3 gradient{0};    // per m, in D
+  double distance = 0;  // m, distance to the nearest surface; negative inside
+  dvec3 gradient{0};    // gradient of the distance, per m, in D
 };
 using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
 struct SurfaceOptions {
   double point_area = 1e-6;  // m², area that a point represents
-  // m, limit of the residuals that count at the start; the limit decreases with the residuals
+  // m, limit of the residuals that are used in the first round; later, the limit decreases with the residuals
   double start_reach = 1.5e-3;
-  double resolution = 0.3e-3;    // m, voxel of the field; the residual of a good fit is smaller
+  double resolution = 0.3e-3;    // m, voxel size of the field; the residual of a good fit is smaller
   double correlation = 2e-3;     // m, distance over which errors of the surfaces are correlated
   double least_area = 30e-6;     // m², lower limit of the area that must agree
   double least_agreement = 0.7;  // lower limit of the fraction of the points near D that must agree
@@ -44,14 +45,15 @@ struct SurfaceRegistration {
   // Number of points near D: the field is known there, the distance is below start_reach, and the normals agree
   // within 60°.
   std::size_t near = 0;
-  double agreement = 0;  // fraction of these points whose residual is within the robust limit
+  double agreement = 0;  // fraction of the points near D whose residual is within the robust limit
   double area = 0;       // m², area of the agreeing points
-  double offset = 0;     // m, mean distance of S outside D, which is fitted together with the pose
+  /// m, mean distance of S from D, positive outside D; the fit estimates it together with the pose
+  double offset = 0;
   // Statistics of |residual| over the agreeing points; the offset is subtracted.
   double median = 0, most_of = 0;  // m, 50 % and 95 % quantiles
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
-  /// Residuals of neighbouring points are correlated, so it is computed from sums over cells of `correlation`
-  /// (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
+  /// Residuals of neighbouring points are correlated, so the covariance is computed from sums over cells of size
+  /// `correlation` (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
   std::array<double, 36> covariance{};
   double predicted_error = 0;  // m, rms error at the agreeing points, predicted by the covariance
   std::string distrust;        // one sentence, the reason why the result cannot be trusted; empty: it can be trusted

@@ -17,13 +17,13 @@ struct Tolerance {
 
 /// A point of the error map.
 struct MapPoint {
-  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m
+  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m: position, and error at this position
   double sigma = 0;                      // m, rms uncertainty of the error
 };
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, rms, mean and largest error of the touches, including noise
   double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
   // m, rms and largest value of the systematic error in the workspace. The systematic error is a smooth field that is
   // fitted to the errors of the touches. The part that the touches' noise adds to the field is subtracted.
@@ -31,15 +31,15 @@ struct VerifyResult {
   double uncertainty = 0;  // m, rms error of the fitted field because of the touches' noise
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
-  std::vector<MapPoint> map;          // 9×9×9, x fastest
-  std::vector<double> residuals;      // m, one per touch
+  std::vector<MapPoint> map;          // points of a grid of 9×9×9; x changes fastest
+  std::vector<double> residuals;      // m, residual of each touch
   std::vector<std::size_t> outliers;  // indices of the touches far from the field
   Tolerance tolerance;
   bool pass = false;
-  std::string verdict;  // one sentence
+  std::string verdict;  // the result as one sentence
 };
 
-/// Evaluates a registration with pairs (touched in H, shown in D). Throws Error if there is no pair.
+/// Evaluates a registration with pairs of points: p_H was touched, p_D was shown. Throws Error if there is no pair.
 VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH,
                     const Tolerance& tolerance, const Box& workspace_D);
 
@@ -48,7 +48,7 @@ struct DriftResult {
   double turn = 0;       // rad, rotation
   double worst = 0;      // m, largest displacement of the three points
   double sigma = 0;      // m, value of `worst` that is expected from touch noise alone
-  bool drifted = false;  // the shift is beyond the tolerance and statistically significant (99 %)
+  bool drifted = false;  // true if the shift is beyond the tolerance and statistically significant (99 %)
   std::string verdict;
 };
 

@@ -1,4 +1,4 @@
-// Time and accuracy of contact and cutting: work-precision rows for `typodont bench`.
+// Benchmarks of contact and cutting for the command `typodont bench`: each row gives a time and an error.
 #pragma once
 
 #include <filesystem>
@@ -18,56 +18,58 @@ struct BenchOptions {
   SharedContactMethod method;  // contact model to measure; null: the default model
 };
 
-/// Measures sliding, drilling, removal, free air and deadlines with one contact model. The default model also gets rows
-/// for its own parts (queries, cuts alone, patches).
+/// Measures sliding, drilling, removal, free motion and deadlines with one contact model. The default model also gets
+/// rows for its own parts (field queries, cuts alone, patches).
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
-/// Measures sphere packings of a ball: coverage, collision, normals, removal and ticks, for different numbers of
-/// spheres. `quick`: without the largest packing, and with fewer repeats.
+/// Measures sphere packings of a ball for different numbers of spheres: coverage, collision, normals, removal and tick
+/// time. `quick`: omits the largest packing and repeats less often.
 std::vector<BenchRow> bench_packing(bool quick);
 
-/// An anatomy for the comparison of contact models. Metres, frame W.
+/// A tissue mesh with a point of contact, for the comparison of contact models. Metres, frame W.
 struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy
   std::function<TissueVolume(double voxel_mm)> make;
-  dvec3 start{0};      // point on the surface at which the hand touches down
-  dvec3 out{0, 0, 1};  // unit, direction out of the surface, from which the hand comes
-  // Voxel sizes from coarse to fine, at least one; a voxel file has only its own size
+  dvec3 start{0};      // point on the surface where the hand makes contact
+  dvec3 out{0, 0, 1};  // unit vector out of the surface at `start`; the hand approaches against this direction
+  // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only the size of that file.
   std::vector<double> voxels_mm;
 };
 
 struct ModelBenchOptions {
-  bool quick = false;                // few ticks and coarse settings: an overview, not a measurement
+  // true: few ticks and coarse settings, for an overview; the figures are then not reliable
+  bool quick = false;
   std::vector<std::string> tissues;  // names of the anatomies to use; empty: all
   // Motions to use: "slide", "tap", "drag", "drill", "break-through", "escape", "hostile"; empty: all.
   std::vector<std::string> motions;
   std::vector<ModelAnatomy> anatomies;
 };
-/// Measures every contact model on the same tissues with the same hands, and compares with the exact answer. A row's
-/// name is "tissue, motion, model: measure".
+/// Measures every contact model on the same tissues with the same hand motions, and compares its results with the exact
+/// solution. The name of a row is "tissue, motion, model: measure".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
 struct StressBenchOptions {
-  bool quick = false;                // few ticks: an overview, not a campaign
+  bool quick = false;                // true: few ticks, for an overview; a complete test needs false
   std::vector<std::string> models;   // names of the models to use; empty: all
-  std::vector<ModelAnatomy> meshes;  // meshes for the fast probe, in addition to edges and a groove
+  std::vector<ModelAnatomy> meshes;  // meshes for the fast-probe test, in addition to the built-in edges and a groove
 };
-/// Tests every contact model with motions that no human makes, invalid input, late carvers, irregular clocks, 200 N,
-/// fast probes and thin walls. A row's name is "campaign, model: measure"; its ratio is relative to the largest value
-/// that passes.
+/// Tests the safety of every contact model: motions faster than any human's, invalid input, late carvers, irregular
+/// clocks, a push of 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is
+/// the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
 
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // names of the tools to use; empty: all
   double voxel_mm = 0.1;
-  int ticks = 1000;  // ticks per tool and motion, after the tool has sunk in
+  int ticks = 1000;  // number of ticks per tool and motion; the count starts when the tool has sunk into the tissue
 };
-/// Measures the servo's tick for every tool and every motion of a hand (20 rad/s, 0.5 m/s): thread CPU time.
+/// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
 /// Measures tick time and memory of a hand that slides over a mesh, for increasing numbers of vertices.
 std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
-/// Measures the tick of the model "vertex" on meshes with different numbers of vertices: a round bur slides, or carves.
+/// Measures the tick time of the contact model "vertex" on meshes with different numbers of vertices. A round bur
+/// slides on the mesh, or cuts it.
 std::vector<BenchRow> bench_vertex(const TissueMesh& mesh, bool quick);
 
 }  // namespace typodont::haptics

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s, limit of the pause between two cuts of one stroke
+constexpr double kStrokePause = 0.3;  // s, largest pause between two cuts of the same stroke
 
 const SharedContactMethod& or_default(const SharedContactMethod& method) {
   return method ? method : default_contact_method();
@@ -88,7 +88,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // the mesh that the volume was made from shows the uncut tissue
+    left.set_mesh(nullptr);  // the source mesh shows the uncut tissue, so it must be dropped
   }
   return std::move(left);
 }

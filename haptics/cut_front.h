@@ -1,7 +1,8 @@
-// Finds which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in
-// the head cannot change before the head has moved that far. So each block of voxels stores the path length at which
-// the block must be examined again. Most cuts examine only the samples just ahead of the head: lists contain these
-// samples for the next voxel of path. The lists are divided into parts, and the parts are computed anew in turn.
+// Determines which samples of a patch the next cuts can change (active front, docs/cutting.md). Each sample has a
+// slack: a lower bound of how far the head must still move before it can change the sample. So each block of samples
+// stores the path length at which it must be examined again. Most cuts examine only the samples just ahead of the head:
+// lists contain the samples that may change during the next voxel of path. The lists are divided into parts, which are
+// renewed in turn.
 #pragma once
 
 #include <array>
@@ -15,23 +16,24 @@
 
 namespace typodont::haptics {
 
-/// Number of samples along z that this processor handles at once: 8 or 16.
+/// Returns the number of samples along z that one vector instruction of this processor handles: 8 or 16.
 int widest_group() noexcept;
 
-/// Active front of one tool, in one patch and its successors. Blocks are 4 × 4 × 8 voxels; z runs fastest. Buffers are
-/// allocated once, at set-up.
+/// The active front of one tool, in one patch and in the patches that replace it. Blocks are 4 × 4 × 8 voxels; z runs
+/// fastest. Buffers are allocated once, at set-up.
 class CutFront {
  public:
-  /// The buffers suffice for each of these tools. `lanes`: samples per group; the result does not depend on it.
+  /// Allocates buffers that suffice for each of these tools. `lanes`: samples per group; the result does not depend on
+  /// it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// Number of parts of the lists. Part i contains every n-th layer of blocks along x. A larger head has more parts, so
-  /// that renewing a part does not make a tick much longer.
+  /// Returns the number of parts n. Part i contains every n-th layer of blocks along x, starting at layer i. A larger
+  /// head has more parts, so that the renewal of one part does not make a tick much longer.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each group can change. None of
-  /// the groups changes before the head has moved `stage` eighths of the list's lifetime (always 0 for heads that are
-  /// not balls).
+  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each group can change.
+  /// `stage`: no group changes before the head has moved this number of eighths of the list's lifetime (always 0 for
+  /// heads that are not balls).
   struct Run {
     int kind;
     bool narrow;
@@ -39,7 +41,7 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// One group, before sorting.
+  /// A group in the list before sorting.
   struct Found {
     float x, y;
     std::int32_t z, at;
@@ -48,115 +50,120 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// Sorted groups as arrays, one array per property. A reader may read a few elements beyond the last group.
+  /// The sorted groups, with one array per property. A vector load may read a few elements beyond the last group.
   struct Listed {
-    float* x;  // voxels, x coordinate from the origin of the groups
+    float* x;  // voxels, x coordinate relative to the first voxel of the front
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // array index of the sample, relative to the sample at the groups' origin
-    std::uint8_t* length;  // number of samples that may change
+    std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the front
+    std::uint8_t* length;  // number of samples in the group that may change
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Call this when anything other than this tool's cuts lowered the field: fillings, undo, another tool.
+  /// Must be called when anything except this tool's cuts has lowered the field: a filling, an undo, or another tool.
   void forget() noexcept { known_ = false; }
-  /// The first sample of a listed group, as an index in a patch of edge n whose first voxel is `patch_lo`, and the
-  /// number of lanes of the group.
+  /// The first sample of a listed group, as an index in a patch with edge length n whose first voxel is `patch_lo`.
+  /// `lanes`: number of samples in the group.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// Call this when only labels changed. The lists are then computed anew.
+  /// Must be called when only labels have changed. The lists are then made again.
   void renew_lists() noexcept { drop_listed(); }
 
  private:
   friend class Sweep;
 
   static constexpr int kRows = 4, kDeep = 8;
-  static constexpr double kRound =
-      512;  // voxels, limit of the path length; beyond it, counting restarts at 0, so that floats keep their precision
+  static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // limit of the number of kinds of groups
-  // Lifetime of a list, voxels of path, for balls and for other heads. A longer lifetime means fewer renewals, but
-  // larger lists.
+  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups
+  // Lifetime of a list in voxels of path, for balls and for other heads. With a longer lifetime, lists are renewed less
+  // often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // voxels per sweep, limit of the head's motion; a faster head would leave its lists at once, so it uses none
+  // Voxels per sweep, largest motion of a head that uses lists. A faster head would use up the lifetime of its lists at
+  // once.
   static constexpr double kMostListed = 0.2;
 
-  /// Groups of samples along z that the head may change before its path length is `until`: first sample, index in the
-  /// patch, number of samples that may change, and their tissue.
+  /// One part of the lists: the groups of samples along z that the head may change before its path length is `until`.
+  /// The arrays contain the position of the first sample, its index in the patch, the number of samples that may
+  /// change, and their tissue.
   struct Groups {
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    double until = -1, lasts = 0;  // voxels, path length at the end of the list's lifetime, and length of the lifetime
+    // voxels; until: path length at the end of the list's lifetime; lasts: length of the lifetime
+    double until = -1, lasts = 0;
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
-    static constexpr int kRoom = 40;  // number of unused groups at the end, which a vector load may read
+    static constexpr int kRoom = 40;  // number of unused elements at the end, because a vector load may read them
 
-    // Groups are sorted by the pieces of the meridian that can be closest (for a ball: by their position relative to
-    // it), and by the stage at which they may change.
+    // Groups before sorting. They are sorted by kind (the pieces of the meridian that can be closest; for a ball, the
+    // position relative to it) and by the stage at which they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// The stage that the head has reached.
+    /// Returns the stage that the head has reached at the path length `way`.
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Begins a sweep. The lists of a drill that moves along its axis lack the samples beside its flank, so other sweeps
-  /// cannot use them.
+  /// Must be called before each sweep. If a drill moves along its axis, its lists lack the samples beside its flank.
+  /// Such lists are dropped before any other sweep.
   void begin_sweep(bool along_axis) noexcept {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
   }
-  /// Returns true if the front can store all blocks around lo..hi (voxels).
+  /// Returns true if the front is large enough for all blocks around the voxels lo to hi.
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
-  /// Moves the head to `X_V` (voxels); `way`: voxels, path length of the head's farthest point.
+  /// Sets the pose of the head to `X_V` (voxels), and adds `way` to the path length. `way`: displacement of the head's
+  /// farthest point, voxels.
   void advance_to(const Pose& X_V, double way) noexcept;
-  /// Moves the front so that it contains the blocks around lo..hi.
+  /// Moves the front such that it contains all blocks around the voxels lo to hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {
     const glm::ivec3 at = block - first_;
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// The part of a layer of blocks; layers count from the first layer of the front.
+  /// Returns the part that contains a layer of blocks; layers are counted from the first layer of the front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Sets the patch of the lists. The lists of the previous patch stay valid if the new patch contains all their
-  /// samples (`holds`).
+  /// Sets the patch to which the lists refer. The existing lists stay valid if the new patch contains all their samples
+  /// (`holds`).
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Number of parts that must be renewed.
+  /// Returns the number of parts that must be renewed.
   int outdated() const noexcept;
-  /// A part that should be renewed now, before it expires, so that no tick must renew several parts; -1: none. `way`:
-  /// voxels of path per tick.
+  /// Returns a part that should be renewed now, before it expires, so that later no tick must renew several parts; -1:
+  /// none. `way`: path per tick, voxels.
   int renewed_early(double way) const noexcept;
 
-  /// Table `k` of values that depend only on the height (z) of a sample.
+  /// Returns table `k`, whose values depend only on the height (z) of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of samples beyond the front that the tables also cover, because a group may begin at the front's last
-  // sample
+  // Number of additional entries in the tables of heights beyond the front, because a group may begin at the last
+  // sample of the front.
   static constexpr int kBeyond = 32;
   int lanes_;
-  glm::ivec3 size_{0};              // blocks, size of the front
-  glm::ivec3 first_{0};             // key of the first block in due_
-  std::vector<float> due_, moved_;  // path length at which a block may change; moved_ is a buffer for shifting due_
+  glm::ivec3 size_{0};   // size of the front in blocks
+  glm::ivec3 first_{0};  // index of the first block in due_
+  // due_: for each block, the path length at which it must be examined again; moved_: buffer for moving the front
+  std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  std::vector<Groups> parts_;  // number is a power of two; positions are relative to the first voxel of the front
-  // Voxel of the first sample of the patch for which the groups are listed; `listed_n_` is its edge in voxels
+  // the number of parts is a power of two; positions are relative to the first voxel of the front
+  std::vector<Groups> parts_;
+  // First voxel of the patch to which the lists refer; `listed_n_` is the edge length of this patch in voxels.
   glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
-  bool along_axis_ = false;  // the last sweep was along the axis of a drill
-  double way_ = 0;           // voxels, path length so far
-  Pose X_V_;                 // pose of the head in V, in voxels
+  bool along_axis_ = false;  // true if the last sweep was along the axis of a drill
+  double way_ = 0;           // voxels, path length of the head's farthest point since the last restart
+  Pose X_V_;                 // pose of the head in frame V (voxels)
 };
 
 }  // namespace typodont::haptics

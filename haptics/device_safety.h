@@ -1,5 +1,5 @@
-// Protects the hand from the motors: emergency key, and zero force however the program ends. The limits of each force
-// are in devices/safe_device.h.
+// Protects the hand from the motors: emergency stop, and zero force whenever the program ends for any reason.
+// devices/safe_device.h contains the limits of the force.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,23 @@ namespace typodont::haptics {
 void emergency_stop_all() noexcept;
 void clear_emergency_all() noexcept;
 
-/// SafetyEvent bits in words, for reports: "watchdog, device fault".
+/// Returns SafetyEvent bits as text for reports, for example "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 
-/// Sends zero force to every arm however the program ends: exit, failed check, uncaught exception, fatal signal,
-/// Ctrl-C. Only after SIGKILL or a dead computer must the device's own watchdog act.
-/// Installs atexit() and handlers of SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, once.
-/// Each handler sends zero to all guarded devices, then calls the previous handler. Handlers that are installed later
-/// should call release_all_devices() first.
+/// Makes sure that every arm gets zero force when the program ends: exit, failed check, uncaught exception, fatal
+/// signal, Ctrl-C. After SIGKILL or a failure of the computer, only the device's own watchdog can act. Installs
+/// atexit() and handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT, once. Each
+/// handler sends zero force to all guarded devices and then calls the previous handler. A handler that is installed
+/// later should call release_all_devices() first.
 void install_exit_guard();
 
-/// Adds a device to the guarded devices. Set-up time, any thread. Throws RunFailure for more than eight.
+/// Adds a device to the guarded devices. Set-up time, any thread. Throws RunFailure for more than eight devices.
 void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 
-/// Sends zero force to every guarded device and forbids any further force in this process, so that a servo thread that
-/// still runs has no effect. Any thread, any signal handler; also suitable for set_check_handler().
+/// Sends zero force to every guarded device and permits no further force in this process. So a servo thread that is
+/// still running has no effect. May be called from any thread and any signal handler, and may be passed to
+/// set_check_handler().
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

@@ -1,5 +1,5 @@
-// The filling that an instrument adds in one tick, as a distance field: the counterpart of Sweep. The servo's patch and
-// the carver's volume both fill with this function, so they contain the same bits.
+// The filling that an instrument adds in one tick, as a distance field (the counterpart of class Sweep). Servo and
+// carver both use this class, so that their tissues stay equal bit by bit.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace typodont::haptics {
 
-/// Indices (within a block) of the air voxels that received a label in one tick of filling.
+/// List of the air voxels that received a label in one tick of filling, as indices within a block.
 class FreshLabels {
  public:
   void add(std::ptrdiff_t at) noexcept {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// False if there were more such voxels than this list can store.
+  /// Returns false if there were more such voxels than this list can store.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};
@@ -32,42 +32,41 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// A ball of filling, minus the head that presses it and minus the head's exit path along its axis, and only inside the
-/// tool's limit if it has one. The filling keeps half a voxel of clearance (kClear) from head and exit path, so it
-/// neither pushes nor holds the hand.
+/// The filling added in one tick: a ball, minus the head that presses it, minus the head's exit path along its axis,
+/// and only inside the tool's limit if it has one. The filling keeps a clearance of half a voxel (kClear) from the head
+/// and the exit path, so that it neither pushes nor holds the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Box of voxels, inclusive, that contains all voxels within Sweep::kMargin voxels of the ball.
+  /// Corners of the box (inclusive) that contains all voxels within Sweep::kMargin voxels of the ball.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Lowers the distances of a block of voxels, lo .. lo+size-1, to the distance to the filling (at least
-  /// -Sweep::kInner), wherever this is less, and labels the voxels that were empty (label.h). z runs fastest; the
-  /// strides are in samples. `added`, if given, receives the added volume per tissue in voxels³; `fresh`, if given, the
-  /// voxels of air with a new label. Returns whether any sample changed. Any thread; the bits depend neither on the
-  /// processor nor on the block.
+  /// Adds the filling to a block of voxels from lo to lo+size-1. Each distance is reduced to the distance to the
+  /// filling (at least -Sweep::kInner) if this is smaller, and voxels that were empty get a label (label.h). z runs
+  /// fastest; the strides are in samples. `added` (may be null): added volume per tissue in voxels³. `fresh` (may be
+  /// null): voxels of air that got a label. Returns true if any sample changed. Any thread; the result has the same
+  /// bits for every processor and every division into blocks.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Distance from p to the region that the head and its exit path leave for filling; also to the tool's limit, if
-  /// is_limited(). Voxels, negative inside the region.
+  /// kept_by_head(): distance from p to the region that the head and its exit path leave for filling. beyond_limit():
+  /// the same distance for the tool's limit, if is_limited(). Voxels, negative inside the region.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }
 
-  static constexpr float kClear =
-      0.5f;  // voxels, clearance between head and filling, so that the head does not jam when it is withdrawn
+  static constexpr float kClear = 0.5f;  // voxels, clearance between head and filling
 
  private:
   Tissue label_;
-  const Solid* within_;  // limit of the tool; null: none
+  const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
-  HeadField head_;  // head with its exit path, voxels
-  dvec3 center_;    // voxels
+  HeadField head_;  // voxels, distance field of the head with its exit path
+  dvec3 center_;    // voxels, centre of the ball
   double radius_;
-  Pose X_VT_;  // pose of the head, voxels
+  Pose X_VT_;  // pose of the head in voxels
   glm::ivec3 lo_, hi_;
 };
 

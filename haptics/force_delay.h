@@ -1,5 +1,5 @@
-// Delays the force between servo and hand: a stimulus for experiments on the perception of delay. Servo thread; never
-// allocates after construction.
+// Delays the force between servo and hand, as a stimulus for experiments on the perception of delay. Servo thread;
+// never allocates after construction.
 #pragma once
 
 #include <vector>
@@ -10,20 +10,20 @@
 
 namespace typodont::haptics {
 
-/// A delayed spring gives back more energy than it received, because it still pushes with an earlier force when the
-/// hand retreats. So the delayed force has its own energy ledger, and the servo's passivity law limits the force by
-/// this ledger.
+/// Delays forces. A delayed spring is not passive: while the hand retreats, it still pushes with an earlier, larger
+/// force, and so returns more energy than it received. Therefore the delayed force has its own energy ledger, by which
+/// the servo's passivity law limits the force.
 class ForceDelay {
  public:
   struct Wrench {
-    dvec3 f_T_W{0}, tau_T_W{0};  // N, N·m, on the hand
+    dvec3 f_T_W{0}, tau_T_W{0};  // force (N) and torque (N·m) on the hand
   };
 
-  /// `settings`: settings of the servo whose force is delayed. `most`: s, limit of the delay in pass().
+  /// `settings`: settings of the servo whose force is delayed. `most`: largest delay for pass(), s.
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Call once per tick. Returns the force and torque that the servo computed at least `delay` ns ago; with a delay of
-  /// 0, returns the tick's own force unchanged.
+  /// Must be called once per tick. Returns the force and torque that the servo computed `delay` ns ago or slightly
+  /// earlier. With a delay of 0, returns the tick's own force unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:
@@ -31,12 +31,12 @@ class ForceDelay {
     Nanos t = 0;
     Wrench wrench;
   };
-  double tick_;  // s, tick of the servo
+  double tick_;  // s, period of a servo tick
   PassivityLaw law_;
-  std::vector<Row> past_;  // ring of the last forces
+  std::vector<Row> past_;  // ring buffer of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J, energy received from the hand up to now
+  double energy_ = 0;  // J, energy that the delayed force has received from the hand so far
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

@@ -1,8 +1,8 @@
-// Hardness of a voxel, as a fraction of its tissue's own hardness. One byte per voxel, so that caries can be soft at
-// the surface and firm at its floor, or bone can follow the grey values of a scan.
+// Hardness of a voxel, as a fraction of its tissue's own hardness. Each voxel has one byte of hardness. So caries can
+// be soft at its surface and firm at its floor, and bone can follow the grey values of a scan.
 //
-// The law for the whole program: for a voxel of tissue T with hardness byte b
-//   stiffness felt          = stiffness of T · b / 255          (Material::stiffness)
+// The same law is used in the whole program. For a voxel of tissue T with the hardness byte b:
+//   stiffness               = stiffness of T · b / 255          (Material::stiffness)
 //   specific cutting energy = specific energy of T · b / 255    (Material::specific_energy)
 // Friction, density and colour do not depend on hardness. b = 255 is the tissue's own hardness, and the default of
 // every voxel. The smallest byte is 1, so cutting always needs energy. A filling has hardness 255; a filled voxel also
@@ -18,7 +18,7 @@ namespace typodont::haptics {
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kLeastHardness = 1;
 
-/// The byte for a fraction 0..1, rounded; at least kLeastHardness.
+/// Converts a hardness fraction 0..1 to a byte by rounding; the result is at least kLeastHardness.
 inline std::uint8_t hardness_byte(double fraction) {
   const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
   return std::max(kLeastHardness, static_cast<std::uint8_t>(byte));

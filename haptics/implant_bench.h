@@ -1,4 +1,4 @@
-// Time of a tick with the contact model "implant": rows for `typodont bench`.
+// Benchmark of the contact model "implant" for `typodont bench`: time of a tick.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// Ticks of the model "implant", free and in a bed. `quick`: fewer ticks.
+/// Measures ticks of the model "implant" in free motion and in a bed. `quick`: fewer ticks.
 std::vector<BenchRow> bench_implant(bool quick);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// The label of a voxel in patch and volume: the tissue that it shows. For a filled voxel also the label before the
-// filling, so that an emptied cavity gets its old labels back. One byte stores both.
+// The label of a voxel in a patch or volume: one byte that contains the voxel's tissue. For a filled voxel, the byte
+// also contains the label before the filling, so that a cavity gets its old labels back when the filling is removed.
 #pragma once
 
 #include <cstddef>
@@ -22,23 +22,24 @@ inline bool is_filled(Tissue label) noexcept {
   return static_cast<std::uint8_t>(label) > kShown;
 }
 
-/// The label of a voxel of air that a filling covers or touches.
+/// Returns the label of an air voxel after it was covered or touched by a filling.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
 }
-/// The label that the voxel had before the filling.
+/// Returns the label that the voxel had before the filling.
 inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Restores the label that a voxel had before the filling, if the voxel is air and none of its 26 neighbours is solid
-/// filling. Depends only on distances and labels. Returns whether the label changed.
+/// Restores the label before the filling if the voxel is air and none of its 26 neighbours is solid filling. Depends
+/// only on distances and labels. Returns true if the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
-  if (before == Tissue::kAir && distance[at] < 0.5f) return false;  // air has no volume
+  // a voxel that is partly inside the surface has volume, so its label cannot become air
+  if (before == Tissue::kAir && distance[at] < 0.5f) return false;
   for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
     for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
       for (std::ptrdiff_t i = at + x + y - 1; i <= at + x + y + 1; ++i) {
@@ -50,8 +51,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// Applies restore_label() to a box of voxels; one more sample must exist on every side. One call after several cuts
-/// gives the same result as a call after each cut. Returns true if any label changed.
+/// Applies restore_label() to a box of voxels. The arrays must contain one more sample on every side. One call after
+/// several cuts gives the same result as one call after each cut. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;
@@ -59,7 +60,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
       for (int z = 0; z < size.z; ++z) {
-        if (z + 8 <= size.z) {  // most groups of eight have no filling
+        if (z + 8 <= size.z) {  // quick test of eight voxels at once, because most of them have no filling
           std::uint64_t eight;
           std::memcpy(&eight, label + row + z, sizeof eight);
           if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {

@@ -1,5 +1,5 @@
-// Vectors of eight floats, for kernels that are compiled for several processors (engine/base/dispatch.h). GCC's vector
-// types make the result the same on every processor. Private to the .cpp files of haptics.
+// Vectors of eight floats, for kernels that are compiled for several instruction sets (engine/base/dispatch.h). With
+// GCC's vector types, the result is the same on every processor. Private to the .cpp files of haptics.
 #pragma once
 
 #include <cmath>
@@ -14,10 +14,10 @@ typedef double D8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
-/// Inlines a function into the kernel that calls it, so that it is compiled for the same processor.
+/// Marks a function that is always inlined into its kernel, so that it is compiled for the kernel's instruction set.
 #define TYPODONT_KERNEL inline __attribute__((always_inline))
 
-/// One bit for each lane of a mask.
+/// Returns a bit mask with one bit for each lane of `mask`.
 TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
 #ifdef __SSE2__
   const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
@@ -40,20 +40,21 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(D8& v) {
-  asm("" : "+m"(v));  // as for take_root(F8&)
+  asm("" : "+m"(v));  // forces the vector through memory, as in take_root(F8&)
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 TYPODONT_KERNEL void take_root(F8& v) {
-  // Forces the value through memory; otherwise the compiler computes some of the eight roots one by one.
+  // Forces the value through memory. Otherwise the compiler would split the vector and compute some of the eight roots
+  // one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 
-/// A table of permutations: for each set of lanes, the permutation that puts these lanes first.
+/// A table of permutations. For each set of lanes, it contains the permutation that moves these lanes to the front.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {
@@ -67,7 +68,7 @@ struct Compaction {
 inline const Compaction kCompaction;
 
 TYPODONT_KERNEL void gather_lanes(const F8& v, const I8& order, F8& first) {
-#ifdef __clang__  // clang has no shuffle with a variable order
+#ifdef __clang__  // clang has no shuffle with variable indices
   for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
 #else
   first = __builtin_shuffle(v, order);

@@ -23,7 +23,7 @@ LockStep::LockStep(TissueVolume tissue, ServoSettings settings)
       spare_(carver_.make_snapshot()) {}
 
 bool LockStep::tick(const HandSample& hand, ServoTick& out, Cut& cut) {
-  if (ticks_ == 0) placed_.X_WT = placed_.X_WG = hand.X_WT;  // centres the first snapshot at the hand
+  if (ticks_ == 0) placed_.X_WT = placed_.X_WG = hand.X_WT;  // the first snapshot is centred at the hand
   fresh_ = false;
   if (!stalled_) {
     if (!waiting_.empty()) apply_cuts(std::numeric_limits<std::uint64_t>::max());

@@ -1,4 +1,4 @@
-// Fits the densities of a sphere packing to a recorded force curve (paper S2 in docs/papers.md, eq. 14). Set-up time.
+// Fits the densities of a sphere packing to a measured force curve (paper S2 in docs/papers.md, eq. 14). Set-up time.
 #pragma once
 
 #include <cstdint>
@@ -14,46 +14,50 @@
 
 namespace typodont::haptics {
 
-/// One sample of a measurement: a machine feeds the turning tool and records the force.
+/// One sample of a measurement: a machine feeds the rotating tool into tissue, and a sensor records the force.
 struct FeedSample {
-  double t = 0;      // s
+  double t = 0;      // s, time
   Pose X_WT;         // pose of the tool
   double force = 0;  // N, measured force
 };
 
 struct FitOptions {
-  /// η of eq. 14, density per newton; 0: in each moment, η is chosen so that a step removes the fraction `relaxation`
-  /// of the error
+  /// Step size η of eq. 14, density per newton. 0: η is chosen for each moment such that one step removes the fraction
+  /// `relaxation` of the error.
   double eta = 0;
-  double relaxation = 0.3;  // fraction of the error that one step removes, η g Σw²; eq. 14 converges between 0 and 2
-  int rounds = 60;          // number of iterations over the whole curve
-  int moments = 300;        // number of moments into which the curve is divided; the force of a moment is its mean
+  // fraction η g Σw² of the error that one step removes; eq. 14 converges for values between 0 and 2
+  double relaxation = 0.3;
+  int rounds = 60;    // number of iterations over the whole curve
+  int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
   std::function<void(double share)> progress;
 };
 
 struct MaterialFit {
-  std::uint64_t seed = 0, tissue_hash = 0;  // identity of the packing and its tissue
-  // for every sphere: fraction of the tissue's own hardness; 1 if the tool never touched it
+  std::uint64_t seed = 0, tissue_hash = 0;  // identify the packing and the tissue to which the fit belongs
+  // For every sphere: fitted hardness as a fraction of its tissue's own hardness; 1 if the tool never touched the
+  // sphere.
   std::vector<float> hardness;
-  std::vector<bool> fitted;   // true for the spheres that the tool touched
-  std::vector<double> error;  // N², mean square error over the moments, before each iteration and after the last one
-  // s, N, N: time, measured and simulated force of every moment with contact; after the last iteration
+  std::vector<bool> fitted;   // for every sphere: true if the tool touched it
+  std::vector<double> error;  // N², mean square error over all moments: before each iteration, and after the last one
+  // For every moment with contact, after the last iteration: time (s), measured force (N), simulated force (N).
   std::vector<double> t, measured, simulated;
-  double stability = 0;  // largest stability_of() of all moments
+  double stability = 0;  // largest value of stability_of() over all moments
 };
 
-/// Eq. 14 for one moment: changes the densities of the spheres that the tool overlaps by `overlap` (m³ each). The
-/// simulated force, `gain` times the mean density weighted by overlap, comes closer to the measured force. `rho`:
-/// densities of all spheres. Returns the simulated force before the change, N.
+/// Applies eq. 14 to one moment: changes the densities of the spheres that the tool overlaps, so that the simulated
+/// force approaches the measured force. `overlap`: index and overlapping volume (m³) of each sphere. The simulated
+/// force is `gain` times the mean density, weighted by overlap. `rho`: densities of all spheres. Returns the simulated
+/// force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Factor η g Σw² of eq. 14 for one moment: the fraction of the error that one step removes. Must be less than 2.
+/// Returns η g Σw² of eq. 14 for one moment, the fraction of the error that one step removes. The iteration is stable
+/// below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
-/// Simulates the measurement: the tool moves through the tissue on the recorded path, and the force of each moment is
-/// the force that the motor needs to remove the tissue at that moment (see PackingModel). `settings`: tool, spindle,
-/// materials and a method "packing". Throws Error if the method is another one, the curve has no contact or the step
-/// size is unstable; `curve` names the measurement in messages.
+/// Fits the densities. The tool moves through the tissue on the recorded path; the simulated force of each moment is
+/// the force that the motor needs to remove the tissue there (see class PackingModel). `settings`: tool, spindle,
+/// materials and a method "packing". Throws Error if the method is another one, if the curve has no contact, or if the
+/// step size is unstable. `curve`: name of the measurement for messages.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

@@ -1,4 +1,4 @@
-// Triangles of a level set by OpenVDB's volumeToMesh, on one thread. Only a reference for bench rows.
+// Triangles of a level set, extracted by OpenVDB's volumeToMesh on one thread. Used only as a reference in benchmarks.
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@ namespace typodont::haptics {
 
 class MeshBaseline {
  public:
-  static constexpr double kBand = 4;  // voxels; OpenVDB's own level sets have a half width of at least 3
+  static constexpr double kBand = 4;  // voxels, half width of the band; OpenVDB's own level sets use at least 3
 
-  /// The empty level set: every sample is far outside.
+  /// Creates an empty level set, in which every sample is far outside.
   MeshBaseline();
   ~MeshBaseline();
   MeshBaseline(const MeshBaseline&) = delete;
   MeshBaseline& operator=(const MeshBaseline&) = delete;
 
-  /// Sets a sample within the band. `distance`: voxels, negative inside.
+  /// Sets one sample in the band. `distance`: voxels, negative inside.
   void set(const glm::ivec3& i, float distance);
-  /// Call after the last sample: sets the signs of the samples outside the band.
+  /// Must be called after the last sample. Sets the signs of the samples outside the band.
   void finish();
 
   struct Mesh {
-    std::vector<glm::vec3> points;  // voxels
+    std::vector<glm::vec3> points;  // voxels, positions of the vertices
     std::vector<std::array<std::uint32_t, 3>> triangles;
   };
-  /// Extracts the mesh `repeats` times. Returns the median time, ns, and the last mesh.
+  /// Extracts the mesh `repeats` times. Returns the median time in ns; `mesh`: the last result.
   double extract(int repeats, Mesh& mesh) const;
 
  private:

@@ -1,5 +1,5 @@
-// The tissue before the first cut: which samples of a volume lay in tissue. A picture uses it to tell a cut surface
-// from a natural one, because cut enamel and cut dentin look different from a crown and a root.
+// Stores which samples of a volume were inside tissue before the first cut. The renderer uses this to distinguish a cut
+// surface from a natural one, because cut enamel and dentin look different from a crown and a root.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,22 @@
 
 namespace typodont::haptics {
 
-/// Immutable, so that all copies of a volume can share it. Thread-safe.
+/// The natural surface of a volume. Immutable, so all copies of the volume share one object. Thread-safe.
 class NaturalSurface {
  public:
-  /// Reads all samples of the volume. Takes about 1 ms for a tooth.
+  /// Reads all samples of the volume, in about 1 ms for a tooth.
   explicit NaturalSurface(const TissueVolume& volume);
-  /// 1 inside the tissue, 0 outside, about ½ at its surface: the eight samples around the point, weighted trilinearly.
+  /// Returns 1 inside the tissue, 0 outside, and about ½ at its surface: a trilinear interpolation of the eight samples
+  /// around the point.
   double inside(const glm::dvec3& p_W) const;
 
  private:
   bool solid(const glm::ivec3& voxel) const;
 
   VoxelFrame frame_;
-  glm::ivec3 first_{0}, count_{0};   // the range of blocks of 8³ samples that contain all tissue
-  std::vector<std::int32_t> block_;  // for each block: kEmpty, kFull, or an index into mixed_
+  // first block and number of blocks (of 8³ samples) of the range that contains all tissue
+  glm::ivec3 first_{0}, count_{0};
+  std::vector<std::int32_t> block_;  // for each block: kEmpty, kFull, or the index of its samples in mixed_
   std::vector<SolidBits> mixed_;
 };
 

@@ -4,8 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience =
-    5'000'000;  // ns, limit of the servo's wait; a hand that cuts moves less than 0.25 mm in this time
+constexpr Nanos kPatience = 5'000'000;  // ns, longest wait of the servo; a cutting hand moves < 0.25 mm in 5 ms
 
 }  // namespace
 
@@ -46,7 +45,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       waiting_since_ = 0;
       return &fresh;
     }
-    if (way_.give_back()) break;  // the loop continues if a newer patch exists
+    if (way_.give_back()) break;  // otherwise a newer patch has arrived meanwhile, and the loop examines it
   }
   return nullptr;
 }

@@ -1,6 +1,6 @@
-// Channel for patches from the carver to the servo. Copying a patch takes the carver some time, and meanwhile the
-// servo continues to cut. The new patch lacks these cuts, and the servo would have to repeat all of them in one tick.
-// So the servo leaves such a patch in the channel for a few milliseconds, while the carver adds the cuts.
+// Passes patches from the carver to the servo. While the carver copies a patch, the servo continues to cut. So the new
+// patch lacks these cuts, and the servo would have to repeat all of them in one tick. To avoid this, the servo leaves
+// such a patch in the channel for a few milliseconds, and the carver adds the cuts to it.
 #pragma once
 
 #include <memory>
@@ -11,26 +11,27 @@
 
 namespace typodont::haptics {
 
-/// Connects one carver thread and one servo thread. Neither waits; the servo's side is lock-free (Latest).
+/// Connects one carver thread and one servo thread. Neither blocks; the servo's side is lock-free (class Latest).
 class PatchExchange {
  public:
-  /// `carver` makes the empty snapshots; it need not outlive this call.
+  /// `carver` creates the empty snapshots. It is not needed after this call.
   explicit PatchExchange(const Carver& carver) : way_([&] { return carver.make_snapshot(); }) {}
 
-  // Carver's thread.
+  // Functions for the carver thread.
   /// Copies a patch from the tissue and offers it to the servo.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Adds the missing cuts to the offered patch. `held`: number of the servo's patch (ServoTick::patch). Returns false
-  /// if no patch is offered; while it returns true, the carver should not sleep.
+  /// Adds the missing cuts to the offered patch. `held`: number of the patch that the servo uses (ServoTick::patch).
+  /// Returns false if no patch is offered. While it returns true, the carver should call it again without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
-  // Servo's thread.
-  /// The patch that the servo should adopt now; null: none. `cuts`: number of cuts so far; `t`: ns, any steady clock.
+  // Function for the servo thread.
+  /// Returns the patch that the servo should adopt now, or null. `cuts`: number of cuts so far; `t`: time of any steady
+  /// clock, ns.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Identifies the state of the tissue: a patch that only lacks cuts differs from a patch of edited tissue. The
-  /// servo must adopt a patch of edited tissue unchanged, because the servo then repeats the later cuts itself and
+  /// Identifies the state of the tissue apart from cuts (undo, redo, loose pieces). If it differs from the servo's
+  /// patch, the carver must not add cuts to the offered patch: the servo must repeat them itself, because it then
   /// counts their volume differently.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
@@ -39,12 +40,12 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Members of the carver's thread.
+  // Members used by the carver thread.
   alignas(64) std::uint32_t offered_ = 0;  // number of the offered patch; 0: none
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
-  // Members of the servo's thread.
-  alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the wait began; 0: not waiting
+  // Members used by the servo thread.
+  alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the servo began to wait; 0: it does not wait
 };
 
 }  // namespace typodont::haptics

@@ -20,15 +20,15 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Normalises R, except if it is already a unit quaternion within rounding. So if a replay uses an orientation that a
-/// tick returned (ServoTick::X_WT), the orientation keeps its bits, and the replay computes the same force.
+/// Normalises R, unless R is already a unit quaternion within rounding error. A replay passes the orientations that a
+/// tick returned (ServoTick::X_WT). They must keep their bits, so that the replay computes the same force.
 dquat made_unit(const dquat& R) {
-  constexpr double kRounding = 1e-14;  // tolerance of |R|²; larger than the rounding error of a normalisation
+  constexpr double kRounding = 1e-14;  // tolerance of |R|² - 1; larger than the rounding error of a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
 
-/// Copies a tick in pieces of 16 bytes. For the whole struct the compiler would emit a string instruction, which starts
-/// slowly.
+/// Copies a tick in pieces of 16 bytes. For a copy of the whole struct, the compiler would use a string instruction,
+/// which is slow to start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
   constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
@@ -83,7 +83,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // an invalid pose is replaced by the last pose of the proxy
+                   : motion.X_WG;  // the last pose of the proxy replaces an invalid pose
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -106,7 +106,8 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After an interruption the proxy stays outside the tissue, unless the hand is far away from it.
+  // After an interruption, the proxy stays where it was, outside the tissue. If the hand has moved far away meanwhile,
+  // the proxy starts at the hand.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;
@@ -131,7 +132,8 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   const bool leaps = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (leaps ? P::leap_time : motion.leap) - now.dt);
   if (motion.idle) return;  // the hand felt no force, so no energy was exchanged
-  // Exact, because the force was constant during the tick: last force × displacement + last torque × rotation.
+  // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
+  // during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
@@ -168,8 +170,8 @@ bool Servo::State::move_free(TickData& now) noexcept {
     return false;
   }
   const double way = glm::length(now.X_WT.p - m.X_WG.p), least = settings.frame.voxel;
-  // The clearance around the last position, minus the distance to the new position, is still free. The model is queried
-  // again only when this clearance is used up.
+  // The tool may move freely within m.room. Each tick reduces it by the motion of the hand. Only when it is used up,
+  // the model computes a new clearance.
   if (!(m.room > least && way <= m.room)) {
     m.room = model->clearance({m.X_WG.p, now.X_WT.R});
     if (!(m.room > least && way <= m.room)) return false;
@@ -214,8 +216,8 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.relative_stiffness = coupling.relative_stiffness;
 }
 
-/// Sets kStalePatch if a new snapshot has been due for too long: the carver is late. The old snapshot is still correct,
-/// so the force stays.
+/// Sets the fault kStalePatch if a new snapshot has been due for too long, which means that the carver is late. The
+/// force remains, because the old snapshot is still correct.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
@@ -273,7 +275,8 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  if (out.tissue != Tissue::kAir) return;  // the tick reports hard tissue, which also touches the tool
+  // the tool also touches hard tissue, which is reported instead of soft tissue
+  if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
   if (push > 0) out.n_C_W = now.soft.force / push;
@@ -310,7 +313,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const ServoSettings& settings = s.settings;
   TickData now{hand, out, cut};
 
-  // Measures the time since the last tick; a jump of the clock counts as one tick of nominal length.
+  // Time since the last tick. If the clock jumps, the nominal tick length is used.
   now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 
@@ -320,10 +323,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
-  // Illegal input, or no hand: zero force in this tick, and the proxy starts anew afterwards. The ledger ignores the
-  // hand's motion in between, because the hand felt no force. Otherwise the last force times a jump of the pose could
-  // become a debt, and a ledger in debt allows no force.
-  // The orientation is compared first, because it often stays the same.
+  // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
+  // ledger must ignore the hand's motion in this time, because the hand felt no force. Otherwise the product of the
+  // last force and a jump of the pose could put the ledger in debt, and a ledger in debt permits no force. The
+  // comparison of the orientation comes first, because the orientation often stays the same.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
@@ -337,7 +340,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Both poses are copied from the same source. Copying one pose to the other would wait for pending stores.
+  // Copies the position to both poses directly from the input. A copy from one pose to the other would wait for the
+  // first store.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

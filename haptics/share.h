@@ -1,5 +1,5 @@
-// The fraction of a voxel that lies inside a surface, for all of haptics. It is counted in integer units, so volumes
-// are exact sums in any order, and removed, added and remaining volumes add up exactly.
+// Computes the fraction of a voxel that lies inside a surface, for all of haptics. Fractions are integer numbers of
+// small units. So volumes are exact sums in any order, and the removed, added and remaining volumes are consistent.
 #pragma once
 
 #include <bit>
@@ -9,10 +9,10 @@ namespace typodont::haptics {
 
 inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
-/// The fraction in units, for a surface that passes at `distance` voxels from the voxel's centre. Floats between 1
-/// and 2 have equal spacing (one unit), so a difference of their bit patterns is a number of units.
+/// Returns the inside fraction of a voxel, in units, if the surface is `distance` voxels away from its centre. Floats
+/// between 1 and 2 have equal spacing (one unit), so the difference of two bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
-  // Without a branch, so that the compiler can vectorise the sum over a leaf
+  // The code has no branch, so that the compiler can vectorise the sum over a leaf.
   const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);

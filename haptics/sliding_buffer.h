@@ -1,6 +1,6 @@
-// An array in a ring buffer, for a window that moves over a larger array. The samples that stay in the window keep
-// their memory addresses; only the start of the array changes. The ring's memory is mapped twice, one mapping
-// directly after the other, so the array is contiguous for every start.
+// An array in a ring buffer: a window that moves over a larger array. Samples that stay inside the window keep their
+// memory addresses; only the start of the array changes. The memory of the ring is mapped twice in sequence, so that
+// the array is contiguous for every start.
 #pragma once
 
 #include <sys/mman.h>
@@ -14,7 +14,7 @@
 
 namespace typodont::haptics {
 
-/// Owns its memory; copies are deep. Set-up functions allocate, and throw std::bad_alloc.
+/// Owns its memory; a copy copies the elements. Set-up functions allocate, and throw std::bad_alloc.
 template <class T>
 class SlidingBuffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -35,19 +35,18 @@ class SlidingBuffer {
   }
   ~SlidingBuffer() { release(); }
 
-  /// All elements become `value`.
+  /// Resizes the array to `count` elements and sets all of them to `value`.
   void assign(std::size_t count, T value) {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Changes the number of elements. The elements keep their values if the number stays the same; otherwise all
-  /// become T{}.
+  /// Resizes the array. If the number of elements does not change, they keep their values; otherwise all become T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }
 
-  /// Moves the start by `by` elements (negative: backwards). After the call, element i is the element that had the
-  /// index i + by before. Elements whose index i + by did not exist have unspecified values. Copies no memory.
+  /// Moves the start of the array by `by` elements (negative: backward). Element i is then the element that had the
+  /// index i + by before. If there was no such element, its value is unspecified. Copies no memory.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);
@@ -112,8 +111,8 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  std::size_t ring_ = 0;   // number of elements after which the memory repeats
-  std::size_t first_ = 0;  // index of the array's first element in the ring
+  std::size_t ring_ = 0;   // number of elements after which the ring repeats
+  std::size_t first_ = 0;  // position of the array's first element in the ring
 };
 
 }  // namespace typodont::haptics

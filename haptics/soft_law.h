@@ -1,4 +1,4 @@
-// Properties of soft tissue, and the data that a picture of the tissue needs. haptics/soft_tissue.h contains the
+// Properties of soft tissue, and data of the soft tissue for the renderer. haptics/soft_tissue.h contains the
 // simulation.
 #pragma once
 
@@ -11,30 +11,30 @@ namespace typodont::haptics {
 
 /// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
 struct SoftLaw {
-  double elastic_modulus = 1e6;  // Pa
-  // m, thickness of the soft layer on bone; where the tissue is thinner, its own thickness is used
+  double elastic_modulus = 1e6;  // Pa, Young's modulus
+  // m, thickness of the soft layer on the bone; where the tissue is thinner, its real thickness is used
   double thickness = 2e-3;
-  double return_time = 0.2;         // s, time constant with which the tissue returns after release
-  double friction = 0.1;            // Coulomb coefficient of a tool that does not rotate
-  double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove the tissue
+  double return_time = 0.2;         // s, time constant with which the tissue recovers after release
+  double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
+  double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove soft tissue
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, depth of a cut from which it bleeds
-  double blood_radius = 2.5e-3;     // m, final radius of the wet patch around a wound
-  double blood_time = 8;            // s, time constant with which the patch grows
+  double bleeding_depth = 0.25e-3;  // m; a deeper cut bleeds
+  double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
+  double blood_time = 8;            // s, time constant with which the stain grows
 };
 
-/// A place where a cut of the soft tissue bleeds.
+/// A point where a cut of the soft tissue bleeds.
 struct SoftWound {
-  Nanos t = 0;   // time at which it began to bleed
-  dvec3 p_W{0};  // m
+  Nanos t = 0;   // time at which the bleeding began, ns
+  dvec3 p_W{0};  // m, position of the wound
 };
-/// Radius in m of the wet patch around a wound, `age` seconds after the wound began to bleed.
+/// Returns the radius in m of the blood stain around a wound, `age` seconds after the bleeding began.
 double blood_radius(const SoftLaw& law, double age) noexcept;
 
-/// New state of one point, for a picture.
+/// New state of one point, for the renderer.
 struct SoftMove {
   std::uint32_t point = 0;  // index in SoftSurface::points()
-  float inward = 0;         // m, displacement against the point's normal, including the cut
+  float inward = 0;         // m, displacement of the point against its normal, including the depth of a cut
 };
 
 }  // namespace typodont::haptics

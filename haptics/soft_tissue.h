@@ -1,4 +1,4 @@
-// Soft tissue around the working tooth, for example gum. It yields under an instrument, pushes back, and returns to
+// Soft tissue around the tooth being treated, for example gum. It yields under an instrument, pushes back, and recovers
 // its resting surface. A rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
 #pragma once
 
@@ -17,23 +17,24 @@
 
 namespace typodont::haptics {
 
-/// The resting surface of the soft tissue as points with normals, areas, thicknesses and neighbours. Immutable after
-/// construction; any thread.
+/// The resting surface of the soft tissue: points with normals, areas, thicknesses and links to neighbours. Immutable
+/// after construction; any thread.
 class SoftSurface {
  public:
   struct Point {
-    dvec3 p_W{0};          // m
+    dvec3 p_W{0};          // m, position at rest
     dvec3 n_W{0, 0, 1};    // unit normal, pointing out of the tissue
-    double area = 0;       // m²
-    double thickness = 0;  // m, thickness of the layer below the point
+    double area = 0;       // m², surface area that the point represents
+    double thickness = 0;  // m, thickness of the soft layer below the point
   };
   struct Link {
-    std::uint32_t point = 0;  // the neighbour
-    double tension = 0;       // N/m, force per difference of the displacements of the two points
+    std::uint32_t point = 0;  // index of the neighbouring point
+    double tension = 0;       // N/m, force per difference between the displacements of the two points
   };
-  /// `distance`: distance function of the tissue in W, m, negative inside; accurate near the surface. `hidden`: true
-  /// where another body covers the tissue, so that no instrument reaches it. Points are made in the box from `lo` to
-  /// `hi` (m, W). Throws std::invalid_argument if the box has more than 16 million cells of SoftLaw::spacing.
+  /// `distance`: distance function of the tissue in W, m, negative inside; must be accurate near the surface. `hidden`:
+  /// true where another body covers the tissue, so that no instrument can touch it. Points are created in the box from
+  /// `lo` to `hi` (m, W). Throws std::invalid_argument if the box contains more than 16 million cells with the edge
+  /// length SoftLaw::spacing.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
       const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
@@ -43,7 +44,7 @@ class SoftSurface {
   std::span<const Link> links(std::size_t point) const {
     return std::span(links_).subspan(first_link_[point], first_link_[point + 1] - first_link_[point]);
   }
-  /// Lower bound of the distance from p to the nearest point, m. 0 or more.
+  /// Returns a lower bound of the distance from p to the nearest point, m; at least 0.
   double clearance(const dvec3& p_W) const noexcept;
   /// Calls `visit(point)` for each point in the cells that overlap the box from `lo` to `hi`.
   template <class Visit>
@@ -72,58 +73,59 @@ class SoftSurface {
   dvec3 lo_{0};
   glm::ivec3 cells_{0};
   std::vector<std::uint32_t> cell_first_, cell_points_;
-  // m, lower bound of the distance from any position in the cell to the nearest point
+  // For each cell: lower bound of the distance from any position in the cell to the nearest point, m.
   std::vector<float> cell_clearance_;
 };
 
-/// The soft tissue in motion. Servo thread only; tick() is noexcept and never allocates. Deterministic: equal input
-/// gives equal bits.
+/// The simulated soft tissue. Servo thread only; tick() is noexcept and never allocates. Deterministic.
 class SoftTissue {
  public:
-  /// Limit of the number of points that move at the same time. Further points stay at rest until another point has
-  /// returned to rest.
+  /// Largest number of points that may move at the same time. Further points stay at rest until a moving point has come
+  /// to rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
-  /// `tools`: the tools of the session, in their order; must outlive this object. `coupling`: N/m, stiffness between
-  /// the hand and the tool.
+  /// `tools`: all tools of the session; the list must outlive this object. `coupling`: stiffness between the hand and
+  /// the tool, N/m.
   SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<const Tool> tools, double coupling);
 
   struct Input {
     Nanos t = 0;
-    double dt = 1e-3;        // s
-    Pose X_WG;               // pose of the tool as the hand and the hard tissue determine it
+    double dt = 1e-3;        // s, duration of this tick
+    Pose X_WG;               // pose of the tool that results from the hand and the hard tissue
     std::uint32_t tool = 0;  // index of the tool
-    double cutting = 0;      // m/s, cutting speed of the bur's rim times its cutting coefficient; 0: it does not cut
+    double cutting = 0;      // m/s, speed of the bur's rim times its cutting coefficient; 0: the tool does not cut
   };
   struct Output {
-    dvec3 force{0};     // N, on the tool
-    dvec3 yielded{0};   // m, displacement by which the tissue pushes the tool away from X_WG
-    double stored = 0;  // J, energy of the spring between the hand and the tool
+    dvec3 force{0};     // N, force of the soft tissue on the tool
+    dvec3 yielded{0};   // m, displacement of the tool from X_WG that the soft tissue causes
+    double stored = 0;  // J, energy of the spring between hand and tool
     bool touching = false;
   };
-  /// True if no point moves and the tool is too far away to touch a point; a tick would then change nothing. Fast.
+  /// Returns true if no point moves and the tool is too far away to touch one, so that a tick would change nothing.
+  /// Fast.
   bool at_rest(const Pose& X_WG, std::uint32_t tool) noexcept;
   Output tick(const Input& in) noexcept;
-  /// Call this if the hand was lost: the tool then touches nothing until the next tick().
+  /// Must be called when the hand is lost. The tool then touches nothing until the next tick().
   void release() noexcept;
-  /// True if the last tick found contact.
+  /// Returns true if the last tick found contact.
   bool touching() const noexcept { return touching_; }
 
   const SoftSurface& surface() const noexcept { return *surface_; }
   const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
-  /// Displacement of a point against its normal, including the cut, m.
+  /// Returns the displacement of a point against its normal, including the depth of a cut, m.
   double inward(std::uint32_t point) const noexcept;
-  /// Depth to which a bur cut at a point, m.
+  /// Returns the depth to which a bur has cut at a point, m.
   double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
   std::span<const SoftWound> wounds() const noexcept { return {wounds_.data(), wound_count_}; }
   std::size_t active() const noexcept { return active_.size(); }
-  /// Energy stored in the tissue's springs, J.
+  /// Returns the energy stored in the springs of the tissue, J.
   double elastic_energy() const noexcept;
-  /// Calls `send(SoftMove)` for each point that moved visibly since it was last sent, until `send` returns false.
+  /// Calls `send(SoftMove)` for each point that has visibly moved since it was last sent. Stops if `send` returns
+  /// false.
   template <class Send>
   void send_moves(Send&& send) noexcept {
-    constexpr float kVisible = 1e-6f;  // m
+    constexpr float kVisible = 1e-6f;  // m, smallest displacement that is visible
     for (std::size_t i = 0; i < to_send_.size();) {
       const std::uint32_t point = to_send_[i];
       const auto now = static_cast<float>(inward(point));
@@ -146,31 +148,35 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    double v = 0, before = 0;  // m, elastic displacement inward, now and at the start of the tick
+    double v = 0, before = 0;  // m, elastic displacement inward: now, and at the start of the tick
     double stiffness = 0;      // N/m, stiffness of the layer below the point
-    double springs = 0;        // N/m, sum of the stiffnesses of the layer and of the links
-    double limit = 0;          // m, limit of the displacement, including the cut
-    double yield = 0;          // m/N, displacement per force within this tick
-    // Contact with the tool
+    double springs = 0;        // N/m, sum of the stiffness of the layer and of all links to neighbours
+    double limit = 0;          // m, largest displacement, including the depth of a cut
+    double yield = 0;          // m/N, displacement per force within one tick
+    // Data of the contact with the tool.
     bool contact = false;
-    double exit = 0;     // m, depth below the resting point at which the head ends
-    double weight = 0;   // 0..1; 1: the head presses the point from above; 0: the side of the head passes the point
-    dvec3 slope{0};      // change of `exit` per displacement of the tool
-    double ignored = 0;  // m, part of the overlap that existed when the contact began
-    double force = 0;    // N, inward force that moves the point
-    double stop = 0;     // N, additional force of a point at its limit
+    double exit = 0;  // m, depth below the resting point down to which the head extends
+    // weight 0..1 of the contact: 1 if the head presses the point from above, 0 if the side of the head passes the
+    // point
+    double weight = 0;
+    dvec3 slope{0};  // change of `exit` per displacement of the tool, a vector
+    // m, part of the overlap that already existed when the contact began; it exerts no force and fades
+    double ignored = 0;
+    double force = 0;  // N, force that moves the point inward
+    double stop = 0;   // N, additional force at a point that has reached its limit
   };
-  /// The tool as a distance function, with balls that contain it.
+  /// The tool as a distance function, with balls that enclose it.
   struct Shape {
     HeadField head, shank;
-    double shank_z = 0;  // m
-    double blunt = 0;    // m, distance by which the head is enlarged, so that its tip does not pass between two points
+    double shank_z = 0;  // m, position of the shank on the tool's axis
+    // m, distance by which the head is enlarged; otherwise a thin tip could pass between two points
+    double blunt = 0;
     bool has_shank = false;
     struct Ball {
-      double z = 0, r = 0;  // m
+      double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m: extent along the axis, largest radius, distance of the farthest point
+    // m; low, high: extent along the axis; radius: largest radius; reach: distance to the farthest point
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
@@ -187,20 +193,20 @@ class SoftTissue {
 
   std::shared_ptr<const SoftSurface> surface_;
   std::vector<Shape> shapes_;
-  double coupling_;  // N/m
+  double coupling_;  // N/m, stiffness between hand and tool
   std::vector<Active> active_;
-  std::vector<std::int32_t> slot_;      // for each point, its index in active_; -1: at rest
-  std::vector<float> cut_, sent_;       // m, for each point
-  std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in to_send_
-  std::vector<std::uint32_t> to_send_;  // points that may have moved since they were sent
+  std::vector<std::int32_t> slot_;      // for each point: its index in active_; -1: the point is at rest
+  std::vector<float> cut_, sent_;       // for each point: depth of the cut, and displacement that was last sent, m
+  std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in the list to_send_
+  std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue, now and in the last tick
+  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue: now, and in the last tick
   bool touching_ = false;
-  bool placed_ = false;  // true if last_ is the pose of the last tick
+  bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;
   std::uint32_t tool_ = 0;
-  Pose seen_;         // pose for which room_ is valid
+  Pose seen_;         // pose at which room_ was computed
   double room_ = -1;  // m, distance that the tool may move from seen_ before it can touch a point
 };
 

@@ -67,22 +67,21 @@ struct Cylinder : Solid {
   }
 };
 
-/// A truncated cone, or a cone with a tip. The distance to the outline is computed in the half plane through the
-/// axis.
+/// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
   dvec3 center, axis;
-  double radius, top_radius, half;  // m, radius at -half along the axis, radius at +half, half the height
+  double radius, top_radius, half;  // m; radius at the height -half, radius at the height +half, half the height
 
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
     const double z = glm::dot(d, axis);
     const glm::dvec2 q(glm::length(d - z * axis), z), corner(radius, -half), side(top_radius - radius, 2 * half);
-    // Computes the distances to the two end discs and to the slope.
+    // The distances to the two end discs and to the slanted side.
     const double below = glm::length(glm::dvec2(std::max(q.x - radius, 0.0), q.y + half));
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
     const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
-    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // > 0: outside the slope
+    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // positive: outside the slanted side
     return std::abs(z) < half && out < 0 ? -nearest : nearest;
   }
   void bounds(dvec3& lo, dvec3& hi) const override {
@@ -269,21 +268,22 @@ struct Part {
   std::unique_ptr<Solid> solid;
 };
 
-constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
-// voxels, tolerance: surfaces closer to each other count as one surface, which belongs to the later solid
+constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from the centre of a voxel to its corners
+// Voxels, tolerance. Two surfaces nearer to each other than this count as one surface, which belongs to the later
+// solid.
 constexpr double kTies = 1e-6;
 
-/// The point in a voxel at which its label is read, relative to the centre, in voxels. Along each axis these points are
-/// evenly distributed over a plane of voxels (the sequence R2 of Roberts 2018, "The unreasonable effectiveness of
-/// quasirandom sequences"). So the number of voxels of each tissue at a border matches its volume; reading at the
-/// centres would shift borders by up to half a voxel.
+/// Returns the point inside a voxel at which its label is determined, in voxels relative to the centre. The points of
+/// neighbouring voxels differ, and are evenly distributed along each axis (sequence R2 of Roberts 2018, "The
+/// unreasonable effectiveness of quasirandom sequences"). So the number of voxels of each tissue at a border is
+/// proportional to its volume. With the voxel centres, a border could shift by up to half a voxel.
 dvec3 place_within(const glm::ivec3& voxel) {
   constexpr double a = 0.7548776662466927, b = 0.5698402909980532, along = 0.5497004779019703;
   const dvec3 v(voxel);
   return glm::fract(a * dvec3(v.y, v.z, v.x) + b * dvec3(v.z, v.x, v.y) + along * v) - 0.5;
 }
 
-/// The last part that contains the point; null if the point is outside all parts.
+/// Returns the last part in the list that contains the point, or null if the point is outside all parts.
 const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
     if ((*part)->solid->distance(p) <= 0) return *part;
@@ -291,8 +291,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// The part that contains the point; if the point is just outside all parts, the nearest part. So a label can be read
-/// on both sides of the surface.
+/// Returns the part that contains the point. If the point is slightly outside all parts, returns the nearest part, so
+/// that labels exist on both sides of the surface.
 const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
   if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;
@@ -348,7 +348,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     lo -= dense.band;
     hi += dense.band;
   }
-  // Voxel centres are multiples of h, so that a solid sampled in two domains has the same samples.
+  // Voxel centres are multiples of h. So a solid has the same samples in every domain.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
   constexpr double kMaxVoxels = 6e8;
@@ -364,8 +364,9 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Works block by block. A distance changes by no more than the displacement. So the distances at a block's centre
-  // show which solids matter in the block, and often that the whole block is air or deep inside.
+  // Works block by block. Between two points, a distance changes by at most the distance of the points. So the
+  // distances at the centre of a block show which solids matter in the block. Often they show that the whole block is
+  // air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {
@@ -377,8 +378,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     const Part* deep = nullptr;
-    // crossed: a border between labels crosses the block; covered: one solid contains the whole block, which lies
-    // deeper than the band
+    // crossed: a border between labels passes through the block. covered: one solid contains the whole block, deeper
+    // than the band.
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);
@@ -420,7 +421,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       }
     }
   };
-  const auto slab = [&](int x0, int x1) {  // x0, x1: range of blocks
+  const auto slab = [&](int x0, int x1) {  // computes the layers of blocks x0 to x1
     std::vector<const Part*> near;
     for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
       for (int y = 0; y < dense.size.y; y += kBlock) {

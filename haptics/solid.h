@@ -1,4 +1,4 @@
-// Analytic solids with exact distances: tissue for tests, teaching and benchmarks.
+// Analytic solids with exact distances. They provide tissue for tests, teaching and benchmarks.
 #pragma once
 
 #include <filesystem>
@@ -12,41 +12,42 @@
 
 namespace typodont::haptics {
 
-/// A closed shape with its signed distance, negative inside. For intersections and differences the distance may be less
-/// than the true one, but never more. Metres, frame W.
+/// A closed shape with its signed distance, negative inside. For an intersection or difference, the distance may be
+/// smaller than the true distance, but never larger. Metres, frame W.
 class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
-  /// Bounds; infinite for unbounded solids.
+  /// Returns the corners of the bounding box; infinite for an unbounded solid.
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
 
-/// Finds and reads the mesh files that JSON text names. haptics itself reads no mesh formats; `read_mesh_solid` of
-/// Typodont::import does.
+/// Functions that find and read the mesh files named in a JSON text. haptics reads no mesh formats itself;
+/// `read_mesh_solid` in Typodont::import does.
 struct SolidFiles {
-  /// Finds the path of a named file. Empty: files are searched beside the JSON file.
+  /// Returns the path of a named file. If this function is empty, files are searched in the folder of the JSON file.
   std::function<std::filesystem::path(const std::string& name)> find;
-  /// Makes a solid from a mesh file; `unit`: m per unit of the file. Throws Error. Empty: a mesh is an error.
+  /// Creates a solid from a mesh file. `unit`: metres per unit of the file. Throws Error. If this function is empty, a
+  /// mesh in the JSON text is an error.
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 
-/// Reads one of: sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws
-/// Error.
+/// Reads a solid of one of the kinds sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection,
+/// difference. Throws Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {});
 
-/// All points nearer than `radius` to the segment from a to b; a and b may be equal.
+/// Returns a capsule: all points nearer than `radius` to the segment from a to b, which may be equal.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
-/// Reads the key "hardness" of an object, a fraction 0..1 of the tissue's own hardness, as a byte (hardness.h);
-/// kOwnHardness if there is no such key. Throws Error.
+/// Reads the key "hardness" of a JSON object. Its value 0..1 is a fraction of the tissue's own hardness; the result is
+/// a byte (hardness.h). Without the key, returns kOwnHardness. Throws Error.
 std::uint8_t read_hardness(const Json& json);
 
-/// Reads the "tissue" object of a scene with "solids" and samples it on voxels. Where solids overlap, the later one
-/// determines label and hardness. Throws Error, also if the volume is too large.
+/// Reads the "tissue" object of a scene that contains "solids", and samples the solids on a grid of voxels. Where
+/// solids overlap, the later one determines label and hardness. Throws Error, for example if the volume is too large.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
-/// Names of the mesh files in a solid or a "tissue" object, as written there.
+/// Returns the names of all mesh files in a solid or a "tissue" object, as written there.
 std::vector<std::string> mesh_files(const Json& json);
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// The spheres of a tissue of the model "packing", for pictures.
+// The tissue spheres of the contact model "packing", for the renderer.
 #pragma once
 
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace typodont::haptics {
 
-/// A sphere after the cuts so far.
+/// A sphere of the tissue in its present state.
 struct ShownSphere {
-  dvec3 p_W{0};        // m
+  dvec3 p_W{0};        // m, centre
   double radius = 0;   // m
-  double density = 0;  // density relative to dentin's; determines the cutting speed
+  double density = 0;  // density relative to dentin; it determines the cutting speed
 };
 
-/// All remaining spheres; empty if the carver uses another method. Carver thread.
+/// Returns all remaining spheres; empty if the carver uses another method. Carver thread.
 std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings);
 
 }  // namespace typodont::haptics

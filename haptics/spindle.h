@@ -1,4 +1,4 @@
-// The motor of the bur: an ideal motor with constant speed, or one with a linear torque–speed curve.
+// The motor of the bur: either an ideal motor with constant speed, or a motor with a linear torque–speed curve.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +10,23 @@
 
 namespace typodont::haptics {
 
-/// Linear torque–speed curve T = T_s (1 − ω/ω₀): exact for air turbines, approximate for electric handpieces and
-/// implant motors.
+/// Linear torque–speed curve T = T_s (1 − ω/ω₀). It is exact for air turbines, and approximate for electric handpieces
+/// and implant motors.
 struct Spindle {
   std::string name = "ideal";
-  double free_speed = 0;    // rad/s at full pedal
-  double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
-  double run_up_time = 0;   // s, time constant: 63 % of a speed change are done after this time; 0: immediate
-  // the motor's handpiece in pictures, with the same values as Tool::handpiece; empty: a turbine
+  double free_speed = 0;    // rad/s, speed ω₀ without load at full pedal
+  double stall_torque = 0;  // N·m, stall torque T_s at full pedal; 0: ideal motor, whose speed does not fall under load
+  double run_up_time = 0;   // s, time constant of a speed change (63 % after this time); 0: immediate
+  // Handpiece that the renderer shows with this motor, with the same values as Tool::handpiece; empty: a turbine.
   std::string handpiece;
-  std::optional<Nozzles> nozzles;  // the handpiece's water; not used by the servo
+  std::optional<Nozzles> nozzles;  // water nozzles of the handpiece; the servo does not use them
 };
 
-/// Speed and cutting power under a load of `torque`, at pedal 0..1. The spindle stalls (0, 0) above the stall torque.
+/// Speed and cutting power of a spindle under a given load torque, at a pedal position 0..1. Above the stall torque,
+/// both are 0.
 struct SpindleLoad {
-  double speed = 0;  // rad/s
-  double power = 0;  // W available for cutting
+  double speed = 0;  // rad/s, speed under load
+  double power = 0;  // W, power available for cutting
 };
 inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, double pedal, double torque) noexcept {
   if (spindle.stall_torque <= 0) return {free_speed_now, torque * free_speed_now};
@@ -34,7 +35,7 @@ inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, d
   return {free_speed_now * share, torque * free_speed_now * share};
 }
 
-/// Reads a file of assets/motors/. Throws Error.
+/// Reads a motor from a file of assets/motors/. Throws Error.
 Spindle read_spindle(const Json& json);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// The dense copy of the tissue in which the servo computes contact and cuts. The carver fills it, then the servo owns
-// it.
+// The dense copy of the tissue in which the servo computes contact and cuts. The carver fills it; then it belongs to
+// the servo.
 #pragma once
 
 #include <algorithm>
@@ -17,27 +17,29 @@
 
 namespace typodont::haptics {
 
-/// A cube of n³ samples of distance (voxels) and label, z fastest. The carver reuses patches that come back from the
-/// servo: a patch that moves keeps the samples that stay inside, and only new and changed samples are copied.
+/// A cube of n³ samples of distance (voxels) and label; z runs fastest. The carver reuses patches that the servo
+/// returns. When it moves a patch, the samples that stay inside are kept; only new and changed samples are copied.
 struct SurfacePatch : Snapshot {
-  glm::ivec3 lo{0};  // voxel of sample (0,0,0)
+  glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
-  double band = 1e300;  // voxels, band: the field stores distances up to this distance from the surface
-  // distances outside the tissue never exceed the true distance, except near cuts and fillings
+  double band = 1e300;  // voxels, largest distance from the surface that the field stores
+  // true: outside the tissue, stored distances never exceed the true distance, except near cuts and fillings
   bool exact_outside = false;
-  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box of voxels, inclusive, around all fillings
+  // corners of the box of voxels (inclusive) around all cuts and fillings
+  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // corners of the box of voxels (inclusive) around all fillings
   SlidingBuffer<float> distance;
-  SlidingBuffer<Tissue> tissue;  // see label.h
-  // Hardness, see hardness.h; for a filled sample the hardness before the filling. Empty if the tissue is not graded
-  // (TissueVolume::graded): then every sample has kOwnHardness.
+  SlidingBuffer<Tissue> tissue;  // label of each sample (label.h)
+  // Hardness of each sample (hardness.h); for a filled sample, the hardness before the filling. Empty if the tissue has
+  // no hardness per voxel (TissueVolume::graded); every sample then has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
-  // If a tool has a shank: one coarse patch. It contains every `every`-th sample and a larger region; its lengths are
-  // in voxels of its own size.
+  // One coarse patch if a tool has a shank, otherwise empty. The coarse patch contains one of every `every` samples
+  // along each axis, and covers a larger region. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
-  // The samples that the carver must copy again when it reuses the patch: changes of the tissue since `copied_at`
-  // (TissueVolume::mark(); 0: all samples), and the box of voxels, inclusive, in which the servo wrote to the patch.
+  // Determines which samples the carver must copy when it reuses the patch. copied_at: state of the tissue at the last
+  // copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive): voxels in which the servo has written to the
+  // patch.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
@@ -47,10 +49,10 @@ struct SurfacePatch : Snapshot {
     distance.assign(count, 0);
     tissue.assign(count, Tissue::kAir);
   }
-  /// Allocates the hardness, for a patch of graded tissue.
+  /// Allocates the array of hardness, for tissue with hardness per voxel.
   void grade() { hardness.resize(tissue.size()); }
-  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; all other values
-  /// are unspecified.
+  /// Moves the patch such that it starts at voxel `first`. Samples that stay inside keep their values; all others are
+  /// unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -62,83 +64,87 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// True if the patch contains all samples within `reach` voxels of p (in voxels), cubic stencil included.
+  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), including the stencil of the
+  /// cubic interpolation.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
     const double room = reach + 3, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// The largest `reach` for which holds() is true at p (in voxels).
+  /// Returns the largest `reach` for which holds() is true at p (voxels).
   double reach_around(const dvec3& p_V) const {
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
     return std::min({nearest.x, nearest.y, nearest.z}) - 3;
   }
 };
 
-/// Extends the box of samples that the servo wrote to.
+/// Extends the box of the samples that the servo has written.
 inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
-/// Extends the box around all cuts.
+/// Extends the box around all cuts by the box from `lo` to `hi`.
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// True if cuts have not changed the field around p (in voxels), whose value there is `distance`: neither the samples
-/// of the cubic stencil nor the tissue nearest to them lie in the box of the cuts.
+/// Returns true if cuts have not changed the field around p (voxels), where the field has the value `distance`. This is
+/// the case if neither the stencil of the cubic interpolation nor the nearest tissue is in the box of the cuts.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
-  constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil, 3√3
+  constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil (3√3)
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
   const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));
   return glm::length(off) > distance + 2 * kStencil;
 }
 
-/// Value and gradient of the field at a point, in voxels.
+/// Value of the field at a point in voxels, and its gradient.
 struct FieldSample {
   double value = 0;
   dvec3 gradient{0, 0, 0};
 };
 
-// sample_linear(), sample_linear_gradient() and sample_cubic() read the patch without bounds checks: the caller must
-// check holds() first.
+// sample_linear(), sample_linear_gradient() and sample_cubic() do not check bounds: the caller must check holds()
+// first.
 
-/// Trilinear value: error h²/4R, 3–4 ns. For searches, never for a force.
+/// Returns the trilinear interpolation; its error is h²/4R for a surface of radius R, its time 3–4 ns. For searches,
+/// never for a force.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear value with the gradient of the trilinear interpolation.
+/// Returns the trilinear interpolation with its gradient.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Quasi-interpolating cubic B-spline on 6³ samples: C², reproduces cubics, error O(h⁴). The prefilter is local and
-/// part of the weights, so a cut needs no update of coefficients (Condat, Blu & Unser 2005, sec. III).
+/// Returns the interpolation by a quasi-interpolating cubic B-spline on 6³ samples: C², exact for cubic polynomials,
+/// error O(h⁴). The prefilter is local and part of the weights, so no coefficients must be updated after a cut (Condat,
+/// Blu & Unser 2005, sec. III).
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Trilinear weights of the eight labels around a point, without air. The sum is 1, or 0 in air.
+/// Returns for each tissue the sum of the trilinear weights of the eight labels around a point. Air is omitted, and the
+/// result is scaled to the sum 1; in air it is 0.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// The weights of sample_tissue(), each multiplied by the hardness of its voxels (hardness.h). Without hardness: the
-/// weights alone.
+/// Returns the weights of sample_tissue(), each multiplied by the hardness of its voxels (hardness.h). Without hardness
+/// per voxel, returns the weights.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// The label of the voxel nearest to p; the patch must contain this voxel.
+/// Returns the label of the voxel nearest to p. The patch must contain this voxel.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Edge, in samples, of a patch for these tools. The edge includes the reach of the tools, the stencil, and the
-/// distance that the tools may move while the carver works.
+/// Returns the edge length of a patch for these tools, in samples. It includes the reach of the tools, the stencil, and
+/// the distance that a tool may move while the carver prepares the next patch.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Distance that a tool may move from the patch's centre before a new patch is due, voxels.
+/// Returns the distance in voxels that a tool may move from the patch's centre before a new patch is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Makes an empty patch: number 0, with the edge patch_edge_for(). It contains the coarse patch for shanks if a tool
-/// has a shank.
+/// Creates an empty patch (number 0) with the edge length patch_edge_for(). If a tool has a shank, it includes the
+/// coarse patch.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
-/// The hardness that the hand feels at sample `at`: the sample's byte, or the hardness of a filling there. Only for a
-/// patch with hardness.
+/// Returns the hardness that the hand feels at sample `at`: the sample's hardness byte, or the hardness of the filling
+/// there. Only for a patch with hardness per voxel.
 inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
   return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
 }
-/// The hardness of the voxel nearest to p, 0..1; the patch must contain this voxel.
+/// Returns the hardness 0..1 of the voxel nearest to p. The patch must contain this voxel.
 inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return 1;
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;

@@ -12,32 +12,34 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, limit of a path that is treated as one step: only the head's end pose is cut, with a search for the samples
-// that were deeper during the motion.
+// Voxels, longest path that is cut in one step. Only the head at its end pose is cut; for each sample, a search finds
+// out whether it was deeper during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels, limit of the motion across its axis of a drill that moves along its axis. The drift of a whole bed is then
-// far below kTop.
+// Voxels, tolerance: a drill moves along its axis if it moves perpendicular to it by less than this per step. Over a
+// whole bed, the error is then far below kTop.
 constexpr double kAlongAxis = 1e-9;
-// the first version of the force laws in which a drill that moves along its axis cuts only at its end
+// first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;
 
-/// True if the head is a cylinder with a flat end, so that the kernels for the rim of the end are exact.
+/// Returns true if the head is a cylinder with a flat end, for which the kernels for the rim of the end are exact.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
   return end.nax == 0 && end.naz == -1 && flank.nax == 1 && flank.naz == 0 && end.length == flank.ax &&
          end.bz == flank.az;
 }
 
-/// True if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
+/// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;  // else the upper end is near
+  // the upper end of a short head is near, so it could matter too
+  if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
   const double turned = reach * glm::length(B.R * dvec3(0, 0, -1) - axis);
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, limit of a sample's deviation from its chord. A larger value halves the number of parts of a fast rotation.
+// Voxels, largest deviation of a sample's curved path from a straight line. With the larger value, a fast rotation is
+// divided into half as many parts.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
 }  // namespace
@@ -59,8 +61,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : displacement_bound(X_VA_, X_VB_, reach);
   if (!sphere_) {
-    // In the frame of a turning head, the path of a sample is curved. It deviates from its chord by an eighth of the
-    // change of its direction.
+    // Relative to a rotating head, the path of a sample is curved. Its largest deviation from a straight line is an
+    // eighth of the change of its direction vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const double most = laws >= 5 ? kBend : kBendOfLaws4, shortest = laws >= 5 ? kShort : kShortOfLaws4;
@@ -72,15 +74,15 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // A sample stays still if it was nearest to the flank already at A.
-      const MeridianPiece& end = pieces_[0];  // from the axis to the rim
+      // A sample does not change if its nearest point at A is already on the flank.
+      const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
     }
   }
 
-  // A slender head fills only a small part of its bounding ball. For a short path, the box of its cylinder at both ends
-  // suffices.
+  // A slender head fills only a small part of its bounding ball. For a short path, the smaller bounding box of its
+  // cylinder at both poses is used.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
@@ -88,7 +90,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double half = along_axis_ ? 0 : tool.length / 2;
     return (half * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
   };
-  // Only the disc at the end of a drill changes samples if the drill moves along its axis.
+  // A drill that moves along its axis changes samples only near the disc at its end.
   const dvec3 to_end = along_axis_ ? X_WA.R * dvec3(0, 0, -tool.length / 2 / frame.voxel) : dvec3(0);
   const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
   lo_ = glm::ivec3(glm::ceil(to_end + glm::min(a - extent_a, b - extent_b)));
@@ -133,7 +135,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  constexpr int kBlock = 8;  // the listed groups lie in the blocks around the sweep
+  constexpr int kBlock = 8;  // voxels; listed groups lie in the blocks around the sweep
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
 }
@@ -141,10 +143,10 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
-  // The head may have moved through air since the last call of this function.
+  // The head may have moved through air since the last call. This motion is part of the path length.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // Lists must stay valid for another voxel of path.
+  // The patch must contain one more voxel around the sweep, because the lists are made for a further voxel of path.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

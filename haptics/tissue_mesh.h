@@ -14,15 +14,15 @@ namespace typodont::haptics {
 class TissueVolume;
 
 struct TissueMesh {
-  std::vector<dvec3> vertices;        // m
+  std::vector<dvec3> vertices;        // m, positions of the vertices
   std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
-  std::vector<Tissue> tissue;         // tissue under each triangle
+  std::vector<Tissue> tissue;         // tissue below each triangle
 };
 
-/// Returns the tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh
+/// Returns the tissue's surface as a mesh, for contact models that use meshes. If the volume was made from a mesh
 /// (TissueVolume::mesh), returns that mesh. Otherwise returns the zero set of its distance field, with one or two
-/// triangles per cell of the grid, each with the tissue half a voxel below it. Set-up time; empty if there is no
-/// tissue.
+/// triangles per grid cell; the label of each triangle is that of the tissue half a voxel below it. Empty if there is
+/// no tissue. Set-up time.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

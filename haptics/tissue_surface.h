@@ -1,4 +1,4 @@
-// The triangle surface of a tissue body in pieces, for pictures. Carver thread.
+// The triangle surface of a tissue body, divided into pieces for the renderer. Carver thread.
 #pragma once
 
 #include <array>
@@ -11,33 +11,34 @@
 
 namespace typodont::haptics {
 
-/// One corner of a piece's triangles. All corners of a triangle name the same two tissues.
+/// One corner of a triangle. All corners of a triangle have the same two tissues.
 struct SurfaceCorner {
   glm::vec3 p{0};        // m, position relative to the origin of the volume's frame
   glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kAir, Tissue::kAir};
-  float second = 0;  // 0..1, fraction of tissue[1]; the border between the two tissues is drawn where this value is 0.5
+  float second = 0;  // fraction 0..1 of tissue[1]; the border between both tissues is drawn where this value is 0.5
 };
 
-/// The faces whose centroids are in one cell of a spatial grid.
+/// The faces whose centroids lie in one cell of a spatial grid.
 struct SurfacePiece {
   glm::ivec3 cell{0};
   std::vector<SurfaceCorner> corners;
-  std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside; empty: the piece is empty now
+  // triangles, counter-clockwise seen from outside; empty: the piece does not exist any more
+  std::vector<std::uint32_t> indices;
 };
 
 class TissueSurface {
  public:
   virtual ~TissueSurface() = default;
 
-  /// True if the surface has a border, so that its back can be seen.
+  /// Returns true if the surface has an open border, so that its inner side can be visible.
   virtual bool open() const = 0;
-  /// The first call returns all pieces, later calls the pieces whose faces, normals or tissues changed since the last
-  /// call. A piece depends only on the mesh, not on the mesh's history.
+  /// Returns all pieces in the first call. Later calls return the pieces whose faces, normals or tissues have changed
+  /// since the last call. A piece depends only on the present mesh, not on its history.
   virtual std::vector<SurfacePiece> take_changed() = 0;
-  /// The whole surface as one mesh.
+  /// Returns the whole surface as one mesh.
   virtual TissueMesh mesh() const = 0;
-  /// The labels below the surface. The distances of this volume may be older than the surface.
+  /// Returns a volume with the labels below the surface. Its distances may be out of date.
   virtual const TissueVolume& labels() const = 0;
 };
 

@@ -17,16 +17,17 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end as a ratio to the diameter; nearer to the end than this, the density of samples does not
-// increase
+// Height above the free end, as a ratio to the diameter. Below this height, the density of samples does not increase
+// any more.
 constexpr double kBluntEnd = 0.1;
 
-/// One piece of a convex meridian (ρ ≥ 0, z): a chain of straight lines and arcs from the free end to the shank end.
-/// Every head has such a meridian: the distance to it in the half plane is the distance to the surface of revolution.
+/// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
+/// arcs from the free end to the shank end. The distance to it in this plane equals the distance to the surface of
+/// revolution.
 struct Piece {
-  dvec2 a, b;          // end points
+  dvec2 a, b;          // end points of the piece
   dvec2 center{0, 0};  // centre of the arc
-  double radius = 0;   // 0: a straight line
+  double radius = 0;   // radius of the arc; 0: a straight line
 };
 
 struct Meridian {
@@ -43,7 +44,7 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
   return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
 }
 
-// The meridian of each shape, from the free end to the shank end.
+// Functions that return the meridian of each shape, from the free end to the shank end.
 
 Meridian sphere(const Tool& tool) {
   const double r = tool.radius();
@@ -61,7 +62,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// A cylinder with a hemisphere at the free end; the length includes the hemisphere.
+/// Returns a cylinder with a hemisphere at the free end; the length includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -71,7 +72,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// A cone whose tip is at the free end.
+/// Returns a cone whose tip is at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -80,12 +81,12 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// A hemisphere of full width at the free end, then a tangent cone that narrows to a neck half as wide.
+/// Returns a hemisphere of full width at the free end, followed by a tangent cone that narrows to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // Tangent from the neck to the circle: at the tangent point, the radius is perpendicular to the line.
+  // Computes the tangent from the neck to the circle. At the tangent point, the radius is perpendicular to the line.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -96,13 +97,13 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// From the tip, an arc to the widest circle at a third of the length; then a cone that narrows to a neck half as
-/// wide.
+/// Returns an arc from the tip to the largest diameter at a third of the length, followed by a cone that narrows to a
+/// neck half as wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
   const double rise = belly + half;
-  // One circle through the tip (0, -half) that is vertical at (r, belly): centre (r - R, belly).
+  // The arc's circle passes through the tip (0, -half) and is vertical at (r, belly), so its centre is (r - R, belly).
   const double big = (r * r + rise * rise) / (2 * r);
   const dvec2 center(r - big, belly);
   Meridian m;
@@ -112,7 +113,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// The head is widest at the free end; its neck is half as wide.
+/// Returns a cone whose largest diameter is at the free end, and whose neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -122,7 +123,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// A shank: a cylinder that becomes wider from its neck on.
+/// Returns a shank: a cylinder that widens from its neck to its full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -138,12 +139,12 @@ Meridian shaft(const Tool& tool) {
   return m;
 }
 
-/// The properties by which shapes differ.
+/// The properties of a shape in scenes.
 struct ShapeKind {
   HeadShape shape;
-  std::string_view name;  // name in scenes
+  std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
-  double least_length;  // ratio to the diameter, smallest allowed length; 0: any length
+  double least_length;  // smallest allowed ratio of length to diameter; 0: any length
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
@@ -155,7 +156,7 @@ constexpr std::array kShapes = {
     ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
 };
 
-/// The shape's row in kShapes; null for a shaft.
+/// Returns the shape's row in kShapes, or null for a shaft.
 const ShapeKind* kind_of(HeadShape shape) {
   const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
   return row == kShapes.end() ? nullptr : &*row;
@@ -166,7 +167,7 @@ Meridian meridian(const Tool& tool) {
   return kind ? kind->meridian(tool) : shaft(tool);
 }
 
-/// The names of all shapes as a list: "sphere, cylinder or cone".
+/// Returns the names of all shapes as a list: "sphere, cylinder or cone".
 std::string names_of_shapes() {
   std::string text;
   for (std::size_t i = 0; i < kShapes.size(); ++i) {
@@ -204,7 +205,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins at the height where the ball is as wide as the shank's neck.
+  // The shank begins where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -219,7 +220,7 @@ std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // its upper part lies inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of the safe end is inside the head
   return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 
@@ -250,15 +251,17 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// Signed distance in the half plane, and the unit direction in which the distance grows.
+/// Returns the signed distance in the half plane. `n_rho`, `n_z`: unit direction in which the distance increases.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
-  double best2 = 1e300, best_x = 0, best_z = 0;  // vector from the closest point to (ρ, z)
-  double way_x = 0, way_z = 0;                   // outward normal of the closest piece; used for points on the surface
+  // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
+  double best2 = 1e300, best_x = 0, best_z = 0;
+  // outward normal of the closest piece; used for points exactly on the surface
+  double way_x = 0, way_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const double side = piece.dx * ez - piece.dz * ex;  // positive on the left of a→b, the inner side
+    const double side = piece.dx * ez - piece.dz * ex;  // positive to the left of a→b, which is the inner side
     double fx, fz, nx, nz;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
@@ -266,8 +269,8 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       nx = piece.dz, nz = -piece.dx;
       outside |= side < 0;
     } else {
-      // The closest point is on the arc if the direction from the centre is between the arc's ends. (Arcs turn from a
-      // to b by less than 180°, counter-clockwise in (ρ, z).)
+      // The closest point is on the arc itself if the direction from the arc's centre lies between the two ends. (An
+      // arc turns from a to b counter-clockwise in (ρ, z), by less than 180°.)
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
                    wz = piece.bz - piece.cz;
@@ -340,7 +343,8 @@ double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
 
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
-  // The meridian is convex, so the distance changes its sign once along ρ.
+  // Bisection for the radius at this height. Since the meridian is convex, the distance changes its sign only once
+  // along ρ.
   double lo = 0, hi = radius() * (1 + 1e-9);
   for (int i = 0; i < 60; ++i) {
     const double mid = (lo + hi) / 2;
@@ -353,7 +357,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
   const double golden = kPi * (3 - std::sqrt(5.0));
   std::vector<HeadSample> samples;
   samples.reserve(static_cast<std::size_t>(count));
-  if (tool.shape == HeadShape::kSphere) {  // distributes the samples as a Fibonacci sphere
+  if (tool.shape == HeadShape::kSphere) {  // a Fibonacci sphere distributes the samples evenly
     const double area = 4 * kPi * tool.radius() * tool.radius() / count;
     for (int i = 0; i < count; ++i) {
       const double z = 1 - (2.0 * i + 1) / count, rho = std::sqrt(1 - z * z);
@@ -362,9 +366,9 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // The i-th sample is at the (i + 1/2)/count quantile of the meridian's sample density; the angles are golden angles.
-  // Samples near the end are weighted by area / (height above the end)², so every octave of a tip's length has equally
-  // many samples.
+  // Sample i is at the quantile (i + 1/2)/count of the sample density along the meridian; successive samples are
+  // rotated by the golden angle. Near the end, the density is area / (height above the end)², so that every octave of a
+  // tip's length gets equally many samples.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -456,7 +460,7 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // A step from neck to shank would be concave, so it becomes a steep cone.
+    // A step from neck to shank would be concave. A very short cone replaces it.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -1,4 +1,4 @@
-// The tool in the hand: one description of its head for contact, cutting and drawing.
+// The tool in the hand. The same description of its head is used for contact, cutting and drawing.
 #pragma once
 
 #include <filesystem>
@@ -15,43 +15,44 @@
 
 namespace typodont::haptics {
 
-/// A head is a surface of revolution about the tool's z axis; the shank is on the side of +z, the free end on the side
-/// of -z. The origin of T is the head's centre: for a ball its centre, for other shapes the middle of their axis.
-/// (Shanks have the shape kShaft; scenes cannot name it.) A table in tool.cpp describes every shape.
+/// Shape of a head. A head is a surface of revolution about the tool's z axis. The shank is on the side of +z, the free
+/// end on the side of -z. The origin of T is the head's centre: the centre of a ball; for other shapes, the middle of
+/// the axis. (kShaft is the shape of shanks; scenes cannot use it.) A table in tool.cpp describes every shape.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
-/// Every shape that a scene can name.
+/// Returns all shapes that a scene can use.
 std::vector<HeadShape> head_shapes();
-/// The name in scenes, e.g. "round_end_cylinder"; a shaft counts as a cylinder.
+/// Returns the shape's name in scenes, for example "round_end_cylinder"; a shaft has the name of a cylinder.
 std::string_view name_of(HeadShape shape) noexcept;
 
 struct Tool;
 class Solid;
 
-/// The head's meridian, prepared for fast distances: a convex chain of lines and arcs in the half plane (ρ ≥ 0, z).
-/// The distance to the chain in this plane is the distance to the surface of revolution. All lengths have the same,
-/// arbitrary unit. Never allocates.
+/// The meridian of a head, prepared for fast distance queries. It is a convex chain of lines and arcs in the half plane
+/// (ρ ≥ 0, z). The distance to it in this plane equals the distance to the surface of revolution. All lengths have the
+/// same, arbitrary unit. Never allocates.
 class HeadField {
  public:
   HeadField() = default;
-  /// `unit`: m, length unit of the result, e.g. a voxel.
+  /// `unit`: unit of length of the result in m, for example the voxel size.
   HeadField(const Tool& tool, double unit);
-  /// The head and the volume that it sweeps when it is withdrawn along its axis: a cylinder with the head's largest
-  /// radius continues for one unit of length.
+  /// Returns the head together with its exit path along the axis: a cylinder with the head's largest radius extends it
+  /// by one unit of length.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
-  /// Signed distance from a point in T, negative inside; exact for every shape.
+  /// Returns the signed distance from a point in T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Signed distance from a point in T; also returns the distance to each piece. A piece whose distance exceeds the
-  /// smallest one by more than 2 r cannot be the closest piece of any point within r.
+  /// Returns the signed distance from a point in T, and in `to_piece` the distance to each piece. If the distance to a
+  /// piece is larger than the smallest one by more than 2 r, this piece is not the closest one for any other point
+  /// within the distance r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Signed distance from a point in T; also returns the unit direction, in T, in which the distance grows.
+  /// Returns the signed distance from a point in T, and in `n_T` the unit direction in T in which it increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
-  // The pieces of the meridian, from the free end to the shank end, in double precision; sweeps use floats.
+  // Pieces of the meridian from the free end to the shank end, in double precision. (The class Sweep uses floats.)
   static constexpr int kMaxPieces = 4;
   struct Piece {
-    double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)
-    double dx = 0, dz = 0, inverse2 = 0;    // b - a, 1/|b - a|²
+    double ax = 0, az = 0, bx = 0, bz = 0;  // end points a and b of the piece, (ρ, z)
+    double dx = 0, dz = 0, inverse2 = 0;    // vector b - a, and 1/|b - a|²
     double cx = 0, cz = 0, radius = 0;      // centre and radius of an arc; radius 0: a straight line
   };
   Piece pieces[kMaxPieces];
@@ -65,82 +66,87 @@ struct Tool {
   std::string name;
   std::string iso_code;  // ISO 6360 code, if the tool has one
   HeadShape shape = HeadShape::kSphere;
-  double diameter = 1.2e-3;    // m, largest diameter
-  double length = 1.2e-3;      // m, length along the axis; for a ball its diameter
-  bool cuts = true;            // false for probes and gauges, which touch but never remove tissue
-  double side_efficiency = 1;  // fraction of the normal force that cuts, for a contact on the flank
-  // Fraction of the normal force that cuts, for a contact at the end; between flank and end, the fraction is
-  // interpolated by the squared cosine
+  double diameter = 1.2e-3;  // m, largest diameter
+  double length = 1.2e-3;    // m, length along the axis; for a ball its diameter
+  bool cuts = true;          // false for probes and gauges, which touch tissue but never remove it
+  // fraction of the normal force that contributes to cutting, for a contact at the side of the head
+  double side_efficiency = 1;
+  // Fraction of the normal force that contributes to cutting, for a contact at the end of the head. Between side and
+  // end, the fraction is interpolated by the squared cosine of the angle to the axis.
   double end_efficiency = 1;
-  // Fraction of the push along the hand's path that cuts, for an edge that does not turn; 0: the tool has no such
-  // edge
+  // Fraction of the push along the hand's path that contributes to cutting, for an edge that does not rotate; 0: the
+  // tool has no such edge.
   double scrapes = 0;
-  double sink_yield = 0;             // N, force at which the tip sinks into softened tissue; 0: never
-  double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
+  double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: it never sinks
+  // coefficient μ_c: ratio of the tangential cutting force to the normal force (Preston, Archard)
+  double cutting_coefficient = 0.3;
 
-  // Parts that never cut: the shank, from the head's upper end to the handpiece, which widens from its neck; and the
-  // safe end, a round-ended pin beyond the free end.
-  double shank_length = 0;         // m, length of the shank that has contact; 0: no contact
+  // Parts that never cut. The shank extends from the upper end of the head to the handpiece and widens from its neck.
+  // The safe end is a round-ended pin beyond the free end.
+  double shank_length = 0;         // m, length of the part of the shank that can have contact; 0: none
   double shank_diameter = 1.6e-3;  // m, diameter of the shank; default: friction grip, ISO 1797 type 3
-  double neck_diameter = 0;        // m
-  double neck_length = 0;          // m, length of the taper
+  double neck_diameter = 0;        // m, diameter of the neck
+  double neck_length = 0;          // m, length of the taper from the neck to the shank's full diameter
   double safe_length = 0;          // m, length of the safe end; 0: no safe end
-  double safe_diameter = 0;        // m
+  double safe_diameter = 0;        // m, diameter of the safe end
 
-  Tissue fill = Tissue::kAir;  // tissue that the instrument adds at its free end while the pedal is pressed; kAir: none
-  double fill_rate = 0;        // m³/s at full pedal
-  double fill_reach = 0;       // m, largest distance from the free end to the tissue that receives the filling
-  // The filling stays inside this solid: the cavity, or the former tooth; null: no limit
+  // tissue that a filling instrument adds at its free end while the pedal is pressed; kAir: the tool adds nothing
+  Tissue fill = Tissue::kAir;
+  double fill_rate = 0;   // m³/s, rate of filling at full pedal
+  double fill_reach = 0;  // m, largest distance from the free end at which tissue receives filling
+  // Solid that limits the filling: the cavity, or the former tooth; null: no limit.
   std::shared_ptr<const Solid> fill_within;
 
-  // Instrument that holds the tool in pictures: a file in assets/handpieces/, or "none". If empty, the rule in
-  // engine/app/handpiece_file.h selects the instrument. Contact and cutting ignore it.
+  // Handpiece that the renderer shows with the tool: a file in assets/handpieces/, or "none". Empty: the rule in
+  // engine/app/handpiece_file.h selects the handpiece. Contact and cutting do not use it.
   std::string handpiece;
 
-  std::shared_ptr<const ImplantTool> implant;  // properties of an instrument for implant surgery; null: another tool
+  // properties of an instrument for implant surgery; null: the tool is not such an instrument
+  std::shared_ptr<const ImplantTool> implant;
 
-  /// True for a tool that cuts by rotation of the spindle; other tools scrape or never cut.
+  /// Returns true if the tool cuts by rotation of the spindle. Other tools scrape, or never cut.
   bool turns() const { return cuts && scrapes == 0; }
-  /// True if the pedal can turn the tool backwards, because it has a thread.
+  /// Returns true if the pedal can rotate the tool backward, because it has a thread.
   bool reverses() const { return implant && implant->threaded(); }
-  /// Speed of the unloaded tool at full pedal, rad/s; `motor`: rad/s, speed of the motor there.
+  /// Returns the speed of the unloaded tool at full pedal, rad/s. `motor`: speed of the motor at full pedal, rad/s.
   double free_speed(double motor) const {
     if (!implant) return motor;
     return implant->by_hand ? 0 : implant->top_speed > 0 ? implant->top_speed : motor;
   }
   double radius() const { return diameter / 2; }
-  /// Distance from the head's centre to its ends on the axis, m.
+  /// Returns the distance from the head's centre to its ends along the axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
-  /// Distance from T's origin to the farthest point of the head, m.
+  /// Returns the distance from T's origin to the farthest point of the head, m.
   double reach() const;
-  /// Signed distance from a point to the head's surface, m, negative inside; exact for every shape.
+  /// Returns the signed distance from a point to the head's surface, m, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const;
-  /// Radius of the head at height z on its axis, m; 0 beyond the ends. For drawing and sampling.
+  /// Returns the radius of the head at the height z on its axis, m; 0 beyond the ends. For drawing and sampling.
   double profile(double z) const;
 };
 
-/// A part that never cuts, described as a tool of its own. `z`: m, position of the part's centre on the tool's axis.
+/// A part of a tool that never cuts, described like a tool. `z`: position of the part's centre on the tool's axis, m.
 struct NonCuttingPart {
   Tool shape;
   double z = 0;
 };
-/// Shank and safe end; nullopt if the tool has none.
+/// Returns the shank or the safe end; nullopt if the tool has none.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Distance from T's origin to the farthest point of head and safe end, m: the range that the patch must contain.
+/// Returns the distance from T's origin to the farthest point of the head and the safe end, m. A patch must contain
+/// this range.
 double near_reach(const Tool& tool);
 
-/// Sample points on the head, each with its part of the surface area; deterministic.
+/// A sample point on the head's surface, with the surface area that it represents; deterministic.
 struct HeadSample {
-  dvec3 p_TQ;   // m
+  dvec3 p_TQ;   // m, position of the sample
   dvec3 n_T;    // unit normal, pointing out of the head
-  double area;  // m²
+  double area;  // m², area that the sample represents
 };
-/// Samples the head's surface nearly evenly. For heads other than a ball, the fraction `near_end` of the samples lies
-/// near the free end, which touches first and often alone.
+/// Samples the head's surface almost evenly. For a head that is not a ball, the fraction `near_end` of the samples lies
+/// near the free end, because the free end touches first and is often the only contact.
 std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end = 0);
 
-/// Reads a scene's inline object or a file of assets/tools/. Throws Error.
+/// Reads a tool from a scene's inline object or from a file of assets/tools/. Throws Error.
 Tool read_tool(const Json& json);
 
 }  // namespace typodont::haptics

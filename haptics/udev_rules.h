@@ -1,5 +1,5 @@
-// The udev rules that let the user at the console open the devices: the content of assets/devices/70-typodont.rules,
-// compiled in.
+// The udev rules that give the user at the console access to the devices: the content of
+// assets/devices/70-typodont.rules, compiled into the program.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 std::string_view udev_rules();
 
-/// Writes the rules into `folder`, completely or not at all. Returns the file. Without permission, throws Error with
-/// the command to run instead.
+/// Writes the rules into `folder`, completely or not at all. Returns the path of the file. Without write permission,
+/// throws an Error that contains the command to run instead.
 std::filesystem::path install_udev_rules(const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

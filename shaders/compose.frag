@@ -8,7 +8,7 @@ layout(push_constant) uniform Push {
   // the first row if rows alternate; w: index of the last layer
   ivec4 place;
 };
-layout(constant_id = 0) const int kMix = 0;  // Mix in places.h
+layout(constant_id = 0) const int kMix = 0;  // a value of Mix in engine/display/compose/places.h
 layout(constant_id = 1) const bool kFits = true;  // true: source and target have the same size
 layout(location = 0) in vec2 in_place;
 layout(location = 0) out vec4 out_color;

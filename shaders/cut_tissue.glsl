@@ -1,11 +1,11 @@
-// Looks that depend on the form of a tooth's surface and not only on its tissue: whether a cut laid the surface open, and
-// how thin the tissue below it is. Include after lighting.glsl.
+// Appearance that depends on the shape of a tooth's surface and not only on its tissue: whether a cut laid the surface
+// open, and how thin the tissue below it is. Include after lighting.glsl.
 
 const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
 
-/// Colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `thin`: 0 thick, 1 as thin as a voxel.
-/// Cut enamel prisms scatter the light at once, so cut enamel is frosty and whiter. A natural surface of dentin is a root:
-/// cementum is paler and less yellow than dentin. Thin enamel lets red light pass, so its edge is bluish grey.
+/// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `thin`: 0 thick, 1 as thin as a voxel. Cut
+/// enamel scatters light at its surface, so it is frosty and whiter. A natural surface of dentin is a root: cementum is
+/// paler and less yellow than dentin. Thin enamel lets red light pass, so its edge is bluish grey.
 vec3 surface_color(uint tissue, vec3 color, float cut, float thin) {
   if (kView != 0) return color;
   if (tissue == kEnamel) {
@@ -17,7 +17,7 @@ vec3 surface_color(uint tissue, vec3 color, float cut, float thin) {
   return color;
 }
 
-/// Roughness, metal, wetness and translucency of a surface. Cut enamel is dry and rough, cementum is matt.
+/// Returns roughness, metal, wetness and translucency of a surface. Cut enamel is dry and rough, cementum is matt.
 vec4 surface_look(uint tissue, vec4 look, float cut) {
   if (kView != 0) return look;
   if (tissue == kEnamel) return mix(look, vec4(0.60, 0.0, 0.15, 0.45), cut);
@@ -25,7 +25,7 @@ vec4 surface_look(uint tissue, vec4 look, float cut) {
   return look;
 }
 
-/// Light of the lamp that crosses thin tissue from behind, where nothing around hides the room.
+/// Returns the lamp's light that crosses thin tissue from behind, at a point from which the whole room is visible.
 vec3 through_edge(vec3 n, float thin) {
   if (kView != 0) return vec3(0.0);
   float behind = max(-dot(n, frame.key.xyz), 0.0);

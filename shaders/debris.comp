@@ -1,17 +1,18 @@
 #version 460
-// One step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
+// Computes one step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
 // Debris::State::update_fully). Every particle gets a full update in every step. The shader also writes the instances for
 // drawing.
 layout(local_size_x = 64) in;
 
 struct Particle {
-  vec4 place;   // xyz: m, W; w: age, s
-  vec4 motion;  // xyz: m/s; w: initial mass, kg; 0: removed by suction
+  vec4 place;   // xyz: position, m, W; w: age, s
+  vec4 motion;  // xyz: velocity, m/s; w: initial mass, kg; 0: removed by suction
   vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words per instance
-layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m, distance field
+// m, samples of the distance field
+layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };
 layout(push_constant) uniform Step {
   vec4 gravity;  // xyz: m/s²; w: length of the step, s
   vec4 origin;  // xyz: origin of the field, m; w: its spacing, m
@@ -24,14 +25,15 @@ layout(push_constant) uniform Step {
 
 const float kStuck = 1e30, kRestSpeed = 0.05, kPi = 3.14159265;
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933); 0.44 above.
+// Computes the drag rate from the drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann
+// 1933), 0.44 above.
 float drag_rate(float speed, float diameter, float density) {
   float stokes = 18.0 * air.y / (density * diameter * diameter), re = air.x * speed * diameter / air.y;
   if (re >= 1000.0) return stokes * 0.44 * re / 24.0;
   return re < 1e-6 ? stokes : stokes * (1.0 + 0.15 * pow(re, 0.687));
 }
 
-// Distance and its gradient, interpolated linearly between the samples; false outside the field.
+// Computes the distance and its gradient, interpolated linearly between the samples. Returns false outside the field.
 bool look(vec3 p, out float d, out vec3 g) {
   vec3 q = (p - origin.xyz) / origin.w, low = floor(q), f = q - low;
   ivec3 i = ivec3(low);
@@ -49,13 +51,13 @@ bool look(vec3 p, out float d, out vec3 g) {
   return true;
 }
 
-// Smallest distance of c from the line segment from a to b.
+// Returns the smallest distance of c from the line segment from a to b.
 float passes(vec3 a, vec3 b, vec3 c) {
   vec3 way = b - a;
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
 }
 
-// Mean velocity of the air in one step. The air stops at the nozzle (engine/debris/motion).
+// Returns the mean velocity of the air in one step. The air does not move beyond the nozzle (engine/debris/motion).
 vec3 suction_velocity(vec3 p) {
   vec3 d = sink.xyz - p;
   float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;
@@ -83,7 +85,7 @@ void main() {
   vec3 p = own.place.xyz, v = own.motion.xyz;
   float dt = gravity.w, rate = own.chip.z, diameter = own.chip.x, mass = own.motion.w;
   own.place.w += dt;
-  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // new particle
+  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // a new particle has a negative rate
   bool resting = rate >= kStuck;
   vec3 before = p;
   if (!resting) {

@@ -1,13 +1,13 @@
 // Specular anti-aliasing for fragment shaders. Include after lighting.glsl.
 
-/// Squared GGX width (alpha²) of a highlight, widened by the change of the normal within a pixel, so that the highlight
-/// is never narrower than the pixels that sample it (Tokuyoshi & Kaplanyan 2019, eq. 14, isotropic).
+/// Returns the squared GGX width (alpha²) of a highlight. It is widened by the change of the normal within a pixel, so
+/// that the highlight is never narrower than the pixels that sample it (Tokuyoshi & Kaplanyan 2019, eq. 14, isotropic).
 float filtered_width(float width, vec3 n) {
   vec3 dx = dFdx(n), dy = dFdy(n);
   float variance = 0.15915494 * (dot(dx, dx) + dot(dy, dy));
   return min(width + min(2.0 * variance, 0.18), 1.0);
 }
-/// The same for a roughness, whose GGX width is alpha = roughness².
+/// Same as filtered_width(), but for a roughness; its GGX width is alpha = roughness².
 float filtered_roughness(float rough, vec3 n) {
   float r2 = rough * rough;
   return sqrt(sqrt(filtered_width(r2 * r2, n)));

@@ -1,4 +1,4 @@
-// Data for every pass: set 0 of engine/render/shared.h.
+// The data that every pass uses: descriptor set 0 with the types of engine/render/shared.h.
 #extension GL_GOOGLE_include_directive : require
 #include "engine/render/shared.h"
 
@@ -15,12 +15,14 @@ layout(push_constant) uniform Push { ObjectData object; };
 layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;
-layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look, section, x-ray, difference
-layout(constant_id = 4) const bool kGlass = false;  // true: draw as glass, denser at grazing angles
+layout(constant_id = 3) const int kView = 0;        // a value of View in renderer.h: look, section, x-ray, difference
+// true: the tissue is drawn as glass, which is denser at grazing angles
+layout(constant_id = 4) const bool kGlass = false;
 layout(constant_id = 7) const bool kHandpieceShadow = false;
 // true: light from the room and from other surfaces comes from a grid; false: it is estimated from the shape nearby
 layout(constant_id = 10) const bool kLightGrid = false;
 layout(constant_id = 8) const bool kSpot = false;  // true: the border of the lamp's spot lies on the tissue
-// Content of the drawn bricks (BrickKind in passes/bricks.h); code for other content is compiled out.
+// Content of the drawn bricks (BrickKind in passes/bricks.h). The shader is compiled without the code for other
+// content.
 layout(constant_id = 5) const int kHolds = 15;
 const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16;

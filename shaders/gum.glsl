@@ -2,15 +2,15 @@
 // bumped().
 const uint kGingiva = 7u, kMucosa = 10u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
 
-/// Fine blood vessels: thin bright lines of a noise, 0..1.
+/// Returns fine blood vessels, 0..1: thin bright lines of a noise function.
 float vessels(vec3 p) {
   float a = abs(noise(p * 900.0) - 0.5), b = abs(noise(p * 2100.0 + 7.0) - 0.5);
   return max(1.0 - a / 0.05, 0.0) * 0.7 + max(1.0 - b / 0.06, 0.0) * 0.3;
 }
 
-/// Depth of the pits of orange peel, 0..1. `q`: position in units of a pit's size.
+/// Returns the depth, 0..1, of pits like those of orange peel. `q`: position in units of a pit's size.
 float pit(vec3 q) { return smoothstep(0.58, 0.86, noise(q)); }
-/// Normal of a surface with pits. `size`: m, width of a pit; `tilt`: slope of its edge, rad.
+/// Returns the normal of a surface with pits. `size`: m, width of a pit; `tilt`: slope of its edge, rad.
 vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
   vec3 q = p / size;
   float here = pit(q);
@@ -18,8 +18,8 @@ vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.25);
 }
 
-/// `p`: m, mesh; `mobile`: share of mucosa in gum, 0..1. Changes the colour, the normal of the surface and the normal of
-/// the wet film.
+/// Changes the colour, the normal of the surface and the normal of the wet film. `p`: m, position in the mesh's frame;
+/// `mobile`: fraction of mucosa in the gum, 0..1.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
   vec3 smooth_normal = n;
   if (matter == kGingiva) {
@@ -33,7 +33,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));
     gloss_normal = bumped(smooth_normal, p, 1.6e-3, 0.12);
   } else if (matter == kTongue) {
-    // Papillae: pale grains, with redder ones between them.
+    // Papillae: pale grains, with redder grains between them.
     float grain = noise(p * 3300.0);
     color *= mix(vec3(0.80, 0.66, 0.66), vec3(1.10, 1.08, 1.07), grain);
     color *= mix(vec3(1.0), vec3(0.96, 0.76, 0.74), smoothstep(0.70, 0.95, noise(p * 1100.0)));

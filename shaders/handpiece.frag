@@ -19,12 +19,13 @@ const float kKnurlPitch = 0.9e-3;  // m, same value as in engine/render/handpiec
 const float kKnurlSlope = 0.5;     // largest slope of the knurl's pyramids
 
 void main() {
-  // Dither as in tool.frag. Pixels are discarded at the end, because the derivatives below need their neighbours.
+  // Dither pattern, as in tool.frag. Pixels are discarded only at the end, because the derivatives (fwidth) below need
+  // the neighbouring pixels.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   bool left_out = noise < object.view.y;
   vec3 eye = frame.eye[VIEW].xyz;
   if (object.view.z > 0.0) {
-    // Leave out the part of the handpiece in the cone between the eye and the working point.
+    // Does not draw the part of the handpiece that lies in the cone between the eye and the working point.
     vec3 sight = frame.tool_head.xyz - eye, q = in_position - eye;
     float t = dot(q, sight) / dot(sight, sight), miss = length(q - t * sight) / max(t, 1e-6);
     if (t < 1.0 && miss < object.view.z * (0.94 + 0.06 * noise)) left_out = true;

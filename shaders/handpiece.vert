@@ -8,11 +8,11 @@
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
-layout(location = 2) in vec3 in_middle;  // point on the part's path
-layout(location = 3) in vec3 in_around;  // unit, around the part
+layout(location = 2) in vec3 in_middle;  // m, point on the part's path
+layout(location = 3) in vec3 in_around;  // unit direction around the part
 layout(location = 4) in vec3 in_color;
-layout(location = 5) in vec4 in_look;  // roughness, brushed, metal, glow
-layout(location = 6) in vec3 in_grip;  // m along the path, m around the part; z: depth of the knurl
+layout(location = 5) in vec4 in_look;  // x: roughness; y: brushed; z: metal; w: glow
+layout(location = 6) in vec3 in_grip;  // x, y: m, position along the path and around the part; z: depth of the knurl
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec3 out_normal;

@@ -1,6 +1,6 @@
 #version 460
 
-// Triangles of a user interface. Converts pixels to clip space.
+// Converts the triangles of a user interface from pixels to clip space.
 layout(push_constant) uniform Place {
   vec2 scale;  // size of a pixel in clip space
   vec2 shift;

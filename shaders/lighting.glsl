@@ -1,18 +1,18 @@
-// Incident light (shadow, occlusion) and reflected light (appearance) at a point. All computations are in world space,
-// so that a mirrored picture needs no special case.
+// Incident light (shadow, occlusion) and reflected light (appearance) at a point. All computations use frame W, so that
+// a mirrored picture needs no special case.
 
 const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
-// The grid of light contains most of the occlusion by tissue nearby. The rest is this fraction of the estimate, fitted to
-// the pictures of tests/reference.
+// Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
+// already contains most of the occlusion by tissue nearby. It was fitted to the pictures of tests/reference.
 const float kNearShare = 0.3;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
 
-// Points distributed evenly over the unit disc (Vogel's spiral).
+// Returns points that are distributed evenly over the unit disc (Vogel's spiral).
 vec2 disc(int i, int count) {
   float r = sqrt((float(i) + 0.5) / float(count));
   float a = 2.39996323 * float(i);
@@ -21,22 +21,22 @@ vec2 disc(int i, int count) {
 
 const float kToolShadowReach = 10e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
 
-// Fraction of the lamp's light that passes a ball. `way`: distance along the ray to the lamp; `miss`: distance of the
-// ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it casts no shadow,
-// because the lamp is wide.
+// Returns the fraction of the lamp's light that passes a ball. `way`: distance along the ray to the lamp; `miss`:
+// distance of the ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it
+// casts no shadow, because the lamp is wide.
 float passes(float way, float miss, float radius) {
   float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
   float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
   return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
 }
 
-// Shadow of the tool, which is approximated by a ball and a cylinder about its axis.
+// Shadow of the tool. The tool is approximated by a ball and a cylinder about its axis.
 float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
   float head = passes(t, length(c - t * l), frame.tool_head.w);
-  // Find the cylinder's point nearest to the ray.
+  // Finds the point of the cylinder that is nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
@@ -46,8 +46,8 @@ float tool_shadow(vec3 p) {
 
 const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
 
-// Fraction of the lamp's light that passes a sphere of changing radius swept from a to b. A bar that is thinner than the
-// penumbra hides only a part of the lamp.
+// Returns the fraction of the lamp's light that passes a round cone (a sphere with changing radius that is swept from a
+// to b). A cone that is thinner than the penumbra hides only a part of the lamp.
 float passes_cone(vec3 p, vec4 a, vec4 b) {
   vec3 l = frame.key.xyz, c = a.xyz - p, d = b.xyz - a.xyz;
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
@@ -64,7 +64,7 @@ float handpiece_shadow(vec3 p) {
   return passes_cone(p, frame.handpiece[0], frame.handpiece[1]) * passes_cone(p, frame.handpiece[2], frame.handpiece[3]);
 }
 
-// Light of the lamp's rectangular spot: 1 inside, 0 outside, with a soft border.
+// Returns the light of the lamp's rectangular spot: 1 inside, 0 outside, with a soft border.
 float spot_light(vec3 p) {
   if (!kSpot) return 1.0;
   vec3 q = p - frame.lamp_middle.xyz;
@@ -81,7 +81,7 @@ float fading(float d2) {
   return f * f;
 }
 
-// Ambient occlusion near the tool, by its head and its shank (each with Quilez's sphere occlusion).
+// Ambient occlusion near the tool by its head and its shank, each computed by Quilez's formula for a sphere.
 float tool_occlusion(vec3 p, vec3 n) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 c = frame.tool_head.xyz - p;
@@ -95,13 +95,14 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-/// Light from the room and from other surfaces that a surface at p with the normal n receives: xyz: irradiance over π;
-/// w: fraction of the lamp that is seen. As light_at() in engine/render/light_scene.cpp.
+/// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
+/// irradiance divided by π; w: fraction of the lamp that is visible. Same computation as light_at() in
+/// engine/render/light_scene.cpp.
 vec4 grid_light(vec3 p, vec3 n) {
-  // The samples are read half a cell in front of the surface, because those behind it are inside the body.
+  // The samples are read half a cell in front of the surface, because samples behind the surface are inside the body.
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
-  // The image has z first, and the six faces one after the other along its third axis.
+  // The first axis of the image is z. Along its third axis, the grids of the six faces follow one after the other.
   vec3 size = vec3(frame.light_samples.zy, 6.0 * frame.light_samples.x), share = n * n;
   vec3 face = vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) * frame.light_samples.x + q.x;
   return share.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
@@ -109,13 +110,14 @@ vec4 grid_light(vec3 p, vec3 n) {
          share.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
 
-// x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the tool is
-// computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
+// Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the
+// tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
 vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
   vec2 result = vec2(beyond, 1.0);
   if (frame.light_size.w > 0.0) {
     float texel = frame.light_size.z / frame.light_size.x;
-    // The lookup is offset from the surface, by its slope towards the lamp, so that the surface does not shadow itself.
+    // The lookup is moved away from the surface, by a distance that depends on the slope towards the lamp. So the
+    // surface does not shadow itself.
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
@@ -161,8 +163,8 @@ vec3 room(vec3 r, float rough) {
   return frame.up.w * (color + smoothstep(0.45 - 0.5 * rough, 1.05, dot(r, frame.window.xyz)) * kRoomWindow);
 }
 
-// Mean of room() over the directions above a surface, weighted by the cosine. The window adds up to 0.06 of
-// its radiance less than the integral says, because tissue hides it more than the ceiling.
+// Returns the mean of room() over the directions above a surface, weighted by the cosine. The window contributes up to
+// 0.06 of its radiance less than in the exact integral, because tissue hides the window more than the ceiling.
 vec3 ambient_light(vec3 n) {
   float window = max(dot(n, frame.window.xyz) + 0.35, 0.0);
   vec3 walls = mix(kRoomFloor, kRoomCeiling, 0.5 + 0.40 * dot(n, frame.up.xyz));
@@ -174,19 +176,19 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-/// Translucent enamel at grazing angles is bluish, because long wavelengths leave it elsewhere. `nv`: cosine between the
-/// normal and the direction to the viewer.
+/// Translucent enamel at grazing angles is bluish, because light of long wavelengths leaves the enamel at other points.
+/// `nv`: cosine of the angle between the normal and the direction to the viewer.
 vec3 tinted(vec3 albedo, float translucent, float nv) {
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
   return albedo * mix(vec3(1.0), vec3(0.80, 0.86, 0.92), translucent * rim);
 }
 
-/// Light that arrives at tissue of this colour and is reflected diffusely. The factor of the colour itself is not
-/// included. `around`: grid_light() at the surface, if there is a grid.
+/// Returns the light that arrives at tissue of this colour and is reflected diffusely. The result does not include the
+/// factor of the colour itself. `around`: grid_light() at the surface, if there is a grid.
 vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 around) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
-  // Light scatters in translucent tissue. It reaches around the shape, red light farthest, and softens the edges of
-  // shadows.
+  // Light scatters in translucent tissue. So it also reaches parts of the surface that are turned away from the lamp
+  // (red light reaches farthest), and the edges of shadows are soft.
   vec3 wrap = translucent * vec3(0.10, 0.08, 0.06);
   vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
   vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
@@ -197,50 +199,52 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
   if (kLightGrid) return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare);
-  // Light that reaches a narrow place was reflected by gum and teeth, which take away its blue; fitted likewise.
+  // Light in a narrow gap was reflected by gum and teeth, which absorb blue light. The factor was fitted to the
+  // pictures of tests/reference.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
   // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
   vec3 bounce = kBounce * (1.0 - open) * albedo * lamp;
   return front * arrives * lamp + bounce + ambient_light(n) * opened;
 }
 
-// Roughness of a mirror image of the lamp: the surface's own, widened by the lamp's size (Karis 2013). `alpha`: the
-// surface's roughness squared.
+// Squared roughness of a mirror image of the lamp: the lamp's size makes the image wider (Karis 2013). `alpha`: the
+// squared roughness of the surface.
 float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
-/// Reflectance at normal incidence: dry tissue has an index of about 1.55; under a film of saliva (1.33) less light is
-/// reflected.
+/// Returns the reflectance at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film of saliva
+/// (1.33), less light is reflected.
 vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
 
-/// Fraction of the room that the direction r of a reflection shows: tissue hides the room near the point and in the
-/// directions away from the lamp.
+/// Returns the fraction of the room that is visible in the direction r of a reflection. Tissue hides the room near the
+/// point and in the directions away from the lamp.
 float room_seen(vec3 r, float open) {
   return clamp(open * open + 0.15, 0.0, 1.0) * mix(0.2, 1.0, smoothstep(-0.6, 0.4, dot(r, frame.key.xyz)));
 }
 
-/// Light that comes to a surface from around: from the room and from other surfaces.
+/// Light that a surface receives from the room and from other surfaces.
 struct Around {
-  vec3 diffuse;   // for a surface with the surface's normal: irradiance over π
-  vec3 mirrored;  // for a surface that faces the direction of the reflection: irradiance over π
+  vec3 diffuse;   // irradiance of the surface, divided by π
+  vec3 mirrored;  // irradiance, divided by π, of a surface that faces the direction of the reflection
 };
 
-/// Fraction of the light around that a surface reflects towards a viewer at this cosine (Schlick). Without a grid of light
-/// a rough surface reflects less of the room, because it hides the room itself.
+/// Returns the fraction of the light from the room and from other surfaces that a surface reflects towards a viewer
+/// (Schlick). `nv`: cosine of the angle between the normal and the direction to the viewer. Without a grid of light, a
+/// rough surface reflects less of the room, because it hides the room itself.
 vec3 grazing(vec3 f0, float rough, float nv) {
   vec3 most = kLightGrid ? vec3(1.0) : f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
   return f0 + (most - f0) * fifth_power(1.0 - nv);
 }
 
-/// Light that a surface reflects from the direction r.
+/// Returns the light that a surface reflects from the direction r.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
   return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
 }
 
-/// Fraction of the light from the tissue that passes the film over it, relative to a view along the normal (Schlick). The
-/// tissues' colours include the loss along the normal.
+/// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
+/// (Schlick). The tissues' colours include the loss along the normal.
 float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
 
-/// Light that the wet film over the tissue reflects, or metal.
+/// Returns the light that is reflected by the wet film over tissue, or by metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
@@ -260,11 +264,11 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   return color + fr * reflected(r, rough, open, around);
 }
 
-/// Light for computation per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
-/// computed per pixel.
+/// Gloss that is computed per vertex: its wide part, and parameters for the lamp's mirror image, which is computed per
+/// pixel.
 struct CornerGloss {
-  vec3 broad;  // reflection of the room
-  vec3 lamp;  // multiply by spot(n · half, width) for each pixel
+  vec3 broad;  // wide part: reflection of the room
+  vec3 lamp;  // the lamp's mirror image: must be multiplied by spot(n · half, width) for each pixel
   float width;  // width of the lamp's image
 };
 CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, Around around) {
@@ -289,7 +293,8 @@ float spot(float nh, float width) {
   return 1.0 / (d * d);
 }
 
-/// `gloss_normal`: normal of the wet film, which has ripples of its own.
+/// Returns the light that a surface reflects towards the viewer. `gloss_normal`: normal of the wet film, which has
+/// ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
   float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
@@ -297,7 +302,7 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around arou
          glossy(gloss_normal, v, look, light, around);
 }
 
-// Khronos PBR Neutral (2024): keeps the measured colours of tissues and compresses only the highlights.
+// Tone mapping (Khronos PBR Neutral, 2024): keeps the measured colours of tissues and compresses only the highlights.
 vec3 tone_map(vec3 color) {
   const float start = 0.8 - 0.04, desaturation = 0.15;
   float x = min(color.r, min(color.g, color.b));

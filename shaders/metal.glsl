@@ -1,6 +1,6 @@
 // Polished and brushed metal lit by the room and the lamp. Include after lighting.glsl.
 
-// Reflection in polished metal: bright and dark bands, which look like metal.
+// Reflection of the room in polished metal: bright and dark bands, which are typical of metal.
 vec3 metal_room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
   float soft = 0.10 + 0.6 * rough;
@@ -10,12 +10,14 @@ vec3 metal_room(vec3 r, float rough) {
   return color + room(r, rough) * 0.6;
 }
 
-const float kRoomOnMetal = 0.62;  // keeps the room's bright bands below white, so that they show the shape
+// factor of the room's light; it keeps the bright bands below white, so that they show the shape
+const float kRoomOnMetal = 0.62;
 
-/// Metal with fine grooves along the unit vector `groove`. The grooves spread reflections across themselves, which makes
-/// the streak of brushed metal: the reflection of the room uses a normal that is bent towards the viewer (Revie 2011),
-/// the lamp an anisotropic GGX distribution (Burley 2012). `brushed`: 0: isotropic, 1: strongest.
-/// `open`: fraction of the room that the metal reflects; it reflects `around` instead of the rest.
+/// Returns the light that metal with fine grooves along the unit vector `groove` reflects. The grooves spread a
+/// reflection perpendicular to their direction, which gives the streak of brushed metal. For the room's reflection, the
+/// normal is bent towards the viewer (Revie 2011). For the lamp, an anisotropic GGX distribution is used (Burley 2012).
+/// `brushed`: 0: isotropic, 1: strongest. `open`: fraction of the room that the metal reflects; instead of the rest, it
+/// reflects `around`.
 vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo, float open, vec3 around) {
   vec3 across = cross(n, groove), l = frame.key.xyz;
   vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));

@@ -6,7 +6,8 @@
 layout(location = 0) out vec2 out_place;  // position in units of the glass's radius
 layout(location = 1) out vec3 out_position;
 
-// A disc as a triangle strip that zigzags across it: corners 0, 1, 95, 2, 94 … of a polygon with 96 corners.
+// A disc as a triangle strip. Its corners, 0, 1, 95, 2, 94 … of a polygon with 96 corners, lie alternately on both
+// sides.
 void main() {
   int i = gl_VertexIndex, k = (i & 1) == 1 ? (i + 1) / 2 : (96 - i / 2) % 96;
   float a = 6.28318531 * float(k) / 96.0;

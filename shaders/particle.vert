@@ -3,18 +3,18 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
-// With kCorners each particle is stored six times, once for each corner of two triangles. Otherwise an instance is a
-// triangle strip of four corners.
+// true: each particle is stored six times, once for each corner of two triangles. false: an instance is a triangle
+// strip of four corners.
 layout(constant_id = 6) const bool kCorners = false;
 
-layout(location = 0) in vec4 in_particle;  // xyz: m, W; w: radius, m
-layout(location = 1) in vec4 in_color;     // sRGB; w: opacity
+layout(location = 0) in vec4 in_particle;  // xyz: position, m, W; w: radius, m
+layout(location = 1) in vec4 in_color;     // rgb: sRGB; a: opacity
 
 layout(location = 0) out vec2 out_corner;
 layout(location = 1) out vec4 out_color;
 
-// A quad that faces the eye and is at least about one pixel large. Smaller particles become transparent instead of
-// flickering.
+// Draws a quad that faces the eye and is at least about one pixel large. Smaller particles become transparent, because
+// they would flicker otherwise.
 void main() {
   int k = kCorners ? gl_VertexIndex % 6 : gl_VertexIndex;
   if (kCorners && k > 2) k = k == 3 ? 2 : k == 4 ? 1 : 3;
@@ -22,7 +22,7 @@ void main() {
   vec3 to_eye = normalize(frame.eye[VIEW].xyz - in_particle.xyz);
   vec3 right = normalize(cross(frame.up.xyz + 1e-3 * frame.key.xyz, to_eye)), up = cross(to_eye, right);
   vec4 middle = frame.clip_from_world[VIEW] * vec4(in_particle.xyz, 1.0);
-  // Size of a pixel at the particle, m, from the first row of the projection.
+  // Size (m) of a pixel at the particle, computed from the first row of the projection.
   mat4 clip = frame.clip_from_world[VIEW];
   float least = 0.7 * frame.picture.x * middle.w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
   float radius = max(in_particle.w, least);

@@ -1,7 +1,7 @@
-// Pass 3 of sphere packings (S2, eq. 6): the remaining part of a sphere after a ball's cut. Same computation as
-// SphereTissue::after_cut() and counted().
+// Pass 3 of sphere packings (S2, eq. 6): computes the part of a sphere that remains after a ball's cut. Same
+// computation as SphereTissue::after_cut() and SphereTissue::counted().
 
-// Volume in m³ that a sphere represents, with its part of the gaps between the spheres.
+// Returns the volume (m³) that a sphere represents, including its part of the gaps between the spheres.
 double counted(Sphere s) {
   double r = radius_of(s);
   precise double least = kLeast * s.base_radius;
@@ -17,8 +17,8 @@ double counted(Sphere s) {
   return left;
 }
 
-// Largest overlap of a ball of radius r with a sphere, while the ball moves from a to b. `away`: direction away from
-// the path.
+// Returns the largest overlap of a ball of radius r with a sphere, while the ball moves from a to b. `away`: direction
+// away from the path.
 double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out dvec3 away) {
   dvec3 off = minus(center, nearest_on(a, b, center));
   precise double distance = sqrt(dot3(off, off));
@@ -28,7 +28,7 @@ double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out d
   return overlap;
 }
 
-// True if the ball's path to `near` comes near the sphere. This is the same test as in the CPU's tree.
+// Returns true if the ball's path from a to `near` comes near the sphere. The test equals the test in the CPU's tree.
 bool is_near(Sphere s, Ball ball) {
   double r = tree_radius(s);
   if (!(r > 0.0LF)) return false;
@@ -40,7 +40,7 @@ bool is_near(Sphere s, Ball ball) {
   return dot3(off, off) < reach2;
 }
 
-// Replaces `s` by its part that remains after the ball's cut; false if nothing remains.
+// Replaces `s` by its part that remains after the ball's cut. Returns false if nothing remains.
 bool after_cut(inout Sphere s, Ball ball) {
   dvec3 a = dvec3(ball.ax, ball.ay, ball.az), b = dvec3(ball.bx, ball.by, ball.bz), away;
   double overlap = overlap_of(a, b, ball.r, dvec3(s.bx, s.by, s.bz), s.base_radius, away);

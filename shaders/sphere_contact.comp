@@ -1,11 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 1 of sphere packings (S2, eq. 1): the first contact of a moving tool. Each group writes its earliest contact.
+// Pass 1 of sphere packings (S2, eq. 1). It finds the first contact of a moving tool. Each group of shader invocations
+// writes its earliest contact.
 #include "shaders/spheres.glsl"
 layout(local_size_x = 64) in;
 
 struct Contact {
-  double t;  // above 1: no contact
+  double t;  // time of the contact as a fraction of the motion; above 1: no contact
   uint ball, sphere;
 };
 layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[]; };
@@ -13,12 +14,13 @@ layout(set = 0, binding = 3, std430) writeonly buffer Results { Contact results[
 
 shared Contact best[64];
 
-// Among simultaneous contacts, the contact with the lowest ball index and then the lowest sphere index wins.
+// Returns true if contact a counts as earlier than contact b. Of simultaneous contacts, the contact with the lowest
+// ball index, then with the lowest sphere index, counts as the earliest.
 bool before(Contact a, Contact b) {
   return a.t != b.t ? a.t < b.t : a.ball != b.ball ? a.ball < b.ball : a.sphere < b.sphere;
 }
 
-// Same as contact_time() of sphere_pair.h; 2 if the spheres do not touch during the motion.
+// Same as contact_time() of sphere_pair.h. Returns 2 if the spheres do not touch during the motion.
 double contact_time(dvec3 D, dvec3 m, double R) {
   double nearing = dot3(m, D);
   precise double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;

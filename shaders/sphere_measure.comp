@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings without removal: for each ball and each sphere, the volume that this ball would remove after
-// the balls before it.
+// Pass 3 of sphere packings without removal. For each ball and each sphere, it computes the volume that this ball would
+// remove after the previous balls.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings (S2, eq. 6): the tool's balls, one after the other, shrink and move the spheres on their
+// Pass 3 of sphere packings (S2, eq. 6). The tool's balls, one after the other, shrink and move the spheres on their
 // paths.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"

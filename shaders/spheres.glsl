@@ -17,11 +17,11 @@ struct Share {
 };
 layout(push_constant) uniform Pass {
   vec4 around;  // ball around the tool's whole motion; xyz: centre relative to the origin, m; w: radius, m
-  double ox, oy, oz;  // origin for single precision, m, W
-  float slack;  // m, increase of the bounds, which covers the rounding of single precision
+  double ox, oy, oz;  // m, W, origin of the positions in single precision
+  float slack;  // m, increase of the bounds that covers the rounding of single precision
   uint spheres, balls;
-  uint capacity;  // capacity of the list of results
-  uint printed;        // 1: volumes by eq. 6 as printed in S2
+  uint capacity;  // largest number of results in the list
+  uint printed;        // 1: the volumes are computed by eq. 6 exactly as printed in S2
 } pass;
 // xyz: centre relative to the origin, m; w: radius plus slack, m, negative if the sphere has disappeared
 layout(set = 0, binding = 1, std430) buffer Bounds { vec4 bounds[]; };
@@ -32,7 +32,7 @@ const double kLeast = 1e-3LF;
 const double kSameSide = 0.5LF;
 const double kTouching = 1e-13LF;
 
-// False only if the sphere cannot come near any ball of the tool.
+// Returns false only if the sphere cannot come near any ball of the tool.
 bool may_be_near(uint i) {
   vec4 b = bounds[i];
   float reach = b.w + pass.around.w;
@@ -44,7 +44,7 @@ double radius_of(Sphere s) {
   precise double left = s.base_radius - 0.5LF * s.overlap;
   return left > 0.0LF ? left : 0.0LF;
 }
-// Radius as in the tree: 0 if the sphere has disappeared.
+// Returns the radius as the CPU's tree uses it: 0 if the sphere has disappeared.
 double tree_radius(Sphere s) {
   double r = radius_of(s);
   precise double least = kLeast * s.base_radius;
@@ -64,7 +64,7 @@ dvec3 minus(dvec3 a, dvec3 b) {
   return d;
 }
 
-// The nearest point to p on the segment from a to b.
+// Returns the point on the segment from a to b that is nearest to p.
 dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   dvec3 ab = minus(b, a);
   double length2 = dot3(ab, ab);
@@ -75,7 +75,7 @@ dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   return at;
 }
 
-// Eq. 2, corrected: the volume of the overlap of two spheres.
+// Returns the volume of the overlap of two spheres (eq. 2, corrected).
 double lens_volume(double r1, double r2, double d) {
   precise double reach = r1 + r2, off = r1 - r2;
   if (!(d < reach)) return 0.0LF;

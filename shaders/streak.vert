@@ -4,9 +4,9 @@
 #include "frame.glsl"
 
 // A droplet in flight, drawn as a short streak. Each streak is stored six times, once for each corner of two triangles.
-layout(location = 0) in vec4 in_head;   // xyz: m, W; w: radius, m
-layout(location = 1) in vec4 in_color;  // sRGB; w: opacity
-layout(location = 2) in vec3 in_way;    // m, W: from the streak's beginning to its head
+layout(location = 0) in vec4 in_head;   // xyz: position, m, W; w: radius, m
+layout(location = 1) in vec4 in_color;  // rgb: sRGB; a: opacity
+layout(location = 2) in vec3 in_way;    // m, W, vector from the streak's beginning to its head
 
 layout(location = 0) out vec2 out_corner;
 layout(location = 1) out vec4 out_color;
@@ -21,7 +21,7 @@ void main() {
   vec3 along = cross(to_eye, side);
   vec4 middle = frame.clip_from_world[VIEW] * vec4(in_head.xyz, 1.0);
   mat4 clip = frame.clip_from_world[VIEW];
-  // A streak is at least about one pixel wide; a thinner one becomes transparent instead.
+  // A streak is drawn at least about one pixel wide. A thinner streak becomes transparent instead.
   float least = 0.7 * frame.picture.x * middle.w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
   float radius = max(in_head.w, least);
   vec3 p = in_head.xyz - (corner.y < 0.0 ? in_way : vec3(0.0)) + radius * (corner.x * side + corner.y * along);

@@ -11,11 +11,12 @@
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
-layout(location = 2) centroid in vec4 in_light;  // see surface.vert
+layout(location = 2) centroid in vec4 in_light;  // see out_light in surface.vert
 layout(location = 3) flat in uint in_pair;
 layout(location = 4) centroid in vec3 in_mesh_position;
 layout(location = 5) centroid in vec4 in_first;
-layout(location = 6) centroid in vec4 in_second;  // w: fraction laid open by a cut
+// colour of the second tissue; w: fraction of the surface that a cut laid open
+layout(location = 6) centroid in vec4 in_second;
 layout(location = 7) flat in vec4 in_first_look;
 layout(location = 8) flat in vec4 in_second_look;
 layout(location = 9) centroid in vec3 in_room;
@@ -23,15 +24,15 @@ layout(location = 10) centroid in vec4 in_lamp;
 layout(location = 11) centroid in vec3 in_half_way;
 layout(location = 0) out vec4 out_color;
 
-layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
+layout(constant_id = 6) const bool kCursor = false;  // true: the cursor's ring is drawn
 
-/// Light around a point from which the whole room is seen.
+/// Returns the light at a point from which the whole room is visible.
 Around open_light(vec3 n, vec3 v) { return Around(ambient_light(n), ambient_light(reflect(-v, n))); }
 
 bool holds(int what) { return (kHolds & what) != 0; }
 
-/// Adds the cursor's ring to the colour. The ring is light inside and dark outside, so that it is visible on every
-/// tissue. There is no ring where the cursor's line leaves a body.
+/// Adds the cursor's ring to the colour. The inner part of the ring is light and its outer part dark, so that it is
+/// visible on every tissue. There is no ring where the cursor's line leaves a body.
 vec3 with_cursor(vec3 color) {
   if (!kCursor) return color;
   vec3 q = in_position - frame.cursor.xyz;
@@ -56,7 +57,7 @@ void main() {
     return;
   }
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
-    // The back of an open surface shows no tissue and no tissue colour. It is lit from the viewer's side, without the
+    // The back of an open surface is drawn in one colour, without tissue. It is lit from the viewer's side, without the
     // surface's own shadow.
     out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8), open_light(-n, v)))), 1.0);
     return;
@@ -80,20 +81,20 @@ void main() {
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
-    // Fractions are blurred over two voxels. Therefore they are only about 0.8 in a triangle's corner that is
-    // surrounded by caries.
+    // Fractions of tissue are blurred over two voxels. So in the corner of a triangle that is surrounded by caries, the
+    // fraction of caries is only about 0.8.
     float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);
     color = mix(color, caries(color, in_mesh_position, inward, in_first.w), decay);
   }
   if (kView == 3 && a != kGingiva && a < kMucosa) {
     // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
-    float d = in_normal.w * 2.0;  // mm
+    float d = in_normal.w * 2.0;  // mm, difference from the ideal
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
     color = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
     look.xyz = vec3(0.6, 0.0, 0.15);
   }
   if (kGlass) {
-    // Glass is transparent if seen from the front, and dense at grazing angles.
+    // Glass is transparent when it is viewed along its normal, and dense at grazing angles.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
     vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0), open_light(n, v)));
@@ -101,7 +102,7 @@ void main() {
     return;
   }
   if (kLightPerVertex) {
-    // The highlight keeps its energy when it is widened.
+    // A highlight that is widened keeps its energy.
     float width = filtered_width(in_lamp.w, n);
     vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * (width / in_lamp.w) * spot(dot(n, in_half_way), width);
     out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
@@ -109,7 +110,7 @@ void main() {
   }
   vec3 gloss_normal = n;
   if (kView != 3) {
-    float pixel = length(fwidth(in_position));  // m
+    float pixel = length(fwidth(in_position));  // m, size of a pixel on the surface
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
       look = surface_look(kEnamel, look, in_second.w);
       color = enamel(color, in_mesh_position, n, light.y, pixel, in_second.w, gloss_normal);

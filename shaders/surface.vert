@@ -7,29 +7,34 @@
 #include "cut_tissue.glsl"
 
 layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec4 in_normal;  // w: difference, in units of kDifferenceRange
-// Low bits: the two tissues; w: the lower tissue. High bits: fraction of the surface that a cut laid open, thinness, and
-// w: the visible fraction of the lower tissue. z: the fraction of the second tissue over 255.
+layout(location = 1) in vec4 in_normal;  // xyz: normal; w: difference, in units of kDifferenceRange
+// Packed bytes. x, y: the two tissues in the low bits; in the high bits, the fraction of the surface that a cut laid
+// open (x) and the thinness (y). z: fraction of the second tissue times 255. w: the lower tissue in the low bits, its
+// visible fraction in the high bits.
 layout(location = 2) in uvec4 in_tissue;
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// incident light, if it is computed per vertex, otherwise only the light that crosses thin tissue where the room is
-// open; w: fraction of the second tissue
+// Incident light if it is computed per vertex. Otherwise only the light that crosses thin tissue at a point from which
+// the whole room is visible. w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
-layout(location = 5) centroid out vec4 out_first;  // first tissue over the lower tissue; w: the lower one's fraction
-layout(location = 6) centroid out vec4 out_second;  // colour of the second tissue; w: fraction laid open by a cut
-layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
+// colour of the first tissue over the lower tissue; w: visible fraction of the lower tissue
+layout(location = 5) centroid out vec4 out_first;
+// colour of the second tissue; w: fraction of the surface that a cut laid open
+layout(location = 6) centroid out vec4 out_second;
+layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
-// If light is computed per vertex: reflection of the room, reflection of the lamp, and the direction half-way between
-// lamp and eye. Otherwise grid_light() for the normal, and in the third one for the direction of the reflection.
+// If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the
+// direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp)
+// and for the direction of the reflection (out_half_way).
 layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
 
-/// The lower tissue is visible through the tissue above it. Enamel is clear; other tissues tint it.
+/// Returns the colour of a tissue through which a lower tissue is visible. Clear tissue (enamel) does not change the
+/// lower tissue's colour; other tissues tint it.
 vec3 over(vec4 upper, vec3 beneath, float shows) {
   return mix(upper.rgb, beneath * mix(sqrt(upper.rgb), vec3(1.0), min(1.18 * upper.w, 1.0)), shows);
 }

@@ -18,7 +18,7 @@ layout(location = 6) in vec3 in_around;
 
 // Same values as Finish in engine/render/tool_mesh.h.
 const float kBrushed = 1.0, kGrit = 2.0;
-const float kGrain = 0.10e-3;  // m, diamonds of a medium bur
+const float kGrain = 0.10e-3;  // m, size of the diamond grains of a medium bur
 
 vec3 hash3(vec3 p) {
   p = fract(p * vec3(0.1031, 0.1030, 0.0973));
@@ -26,7 +26,7 @@ vec3 hash3(vec3 p) {
   return fract((p.xxy + p.yxx) * p.zyx);
 }
 
-// Metal lit by the room. The tissue casts shadows on it. It casts no shadow on itself.
+// Metal that the room lights. Tissue casts shadows on the tool; the tool casts no shadow on itself.
 void main() {
   // A partly transparent tool is dithered by interleaved gradient noise (Jimenez 2014), so that its triangles need no
   // sorting.
@@ -40,8 +40,8 @@ void main() {
   groove = normalize(groove - n * dot(n, groove));
   vec3 tint = in_color.rgb;
   if (in_look.y > 0.5 * (kBrushed + kGrit)) {
-    // Diamonds in nickel: each grain has a facet of its own. Grains smaller than two pixels, and grains blurred by
-    // rotation, become the roughness of the bur.
+    // Diamonds in nickel: each grain has one facet with its own direction. Grains smaller than two pixels, and grains
+    // blurred by rotation, only make the surface rougher.
     vec3 q = in_place / kGrain;
     float seen = (1.0 - smoothstep(0.25, 0.6, length(fwidth(q)))) * (1.0 - in_look.z);
     vec3 facet = hash3(floor(q));

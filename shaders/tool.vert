@@ -9,24 +9,26 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec4 in_look;  // x: 1 if it rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
+// x: 1 if the vertex rotates with the spindle; y: roughness; z: 1 on a depth mark; w: Finish
+layout(location = 4) in vec4 in_look;
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
 layout(location = 2) out vec4 out_color;
-layout(location = 3) out vec3 out_look;  // roughness, Finish, blur
+layout(location = 3) out vec3 out_look;  // x: roughness; y: Finish; z: blur
 layout(location = 4) out vec2 out_light;
 layout(location = 5) out vec3 out_place;  // m, position in the mesh
 layout(location = 6) out vec3 out_around;  // light from the direction of the reflection, if there is a grid of light
 
 void main() {
-  // At fast rotation the flutes are blurred into their hull. At slow rotation they turn.
+  // At fast rotation the flutes are blurred into their hull. At slow rotation they are drawn as they turn.
   float blur = in_look.x * frame.tool_motion.y;
   vec3 m = mix(in_position, in_hull_position, blur), k = normalize(mix(in_normal, in_hull_normal, blur));
   float c = cos(in_look.x * frame.tool_motion.x), s = sin(in_look.x * frame.tool_motion.x);
   m.xy = vec2(c * m.x - s * m.y, s * m.x + c * m.y);
   k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
-  // Size of a pixel at the vertex, m, as in particle.vert. A neck thinner than a pixel would be drawn with gaps.
+  // Size (m) of a pixel at the vertex, as in particle.vert. A neck is drawn at least one pixel wide, because a thinner
+  // neck would have gaps.
   vec3 axis = vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z) * m.z +
               vec3(object.world_row[0].w, object.world_row[1].w, object.world_row[2].w);
   mat4 clip = frame.clip_from_world[VIEW];
@@ -39,7 +41,7 @@ void main() {
   gl_ClipDistance[0] = dot(frame.clip, vec4(world, 1.0));
   out_position = world;
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
-  // The grooves between the blades are dark. Blurred by rotation, they darken the hull slightly.
+  // The grooves between the blades are dark. If they are blurred by rotation, they darken the hull slightly.
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
@@ -47,6 +49,6 @@ void main() {
   out_place = in_hull_position;
   vec3 r = reflect(normalize(world - frame.eye[VIEW].xyz), out_normal.xyz);
   out_around = kLightGrid ? grid_light(world, r).rgb : vec3(0.0);
-  // The tool receives shadows of the tissue. The lookup is displaced towards the lamp, away from the touched surface.
+  // Tissue casts shadows on the tool. The lookup is displaced towards the lamp, away from the touched surface.
   out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0) : vec2(1.0);
 }

@@ -1,14 +1,16 @@
 // Fine structure of tooth tissues, drawn where lighting is computed per pixel. Positions are in the tooth's own frame,
 // whose z is the tooth's axis, so that the structure stays with the tooth.
 
-// Widths of structures, m.
-const float kPerikymata = 0.10e-3;  // distance of the growth lines on the side of a crown; real ones: 0.03 to 0.15 mm
-const float kCrackSpacing = 2.6e-3;  // microcracks run from the neck to the cusps
-const float kCrackSeen = 0.12e-3;  // cracks are thinner than a pixel; they are drawn if four pixels are narrower than this
-const float kPrismStriae = 0.06e-3;  // width of the bundles of enamel prisms that a cut shows (Hunter-Schreger bands)
-const float kFlute = 0.09e-3;  // marks that the blades of a bur leave on a cut wall
+// m, distance of the growth lines on the side of a crown; on real teeth 0.03 to 0.15 mm
+const float kPerikymata = 0.10e-3;
+const float kCrackSpacing = 2.6e-3;  // m, distance of microcracks, which run from the neck to the cusps
+// m; cracks are thinner than a pixel, so they are drawn only if four pixels are narrower than this width
+const float kCrackSeen = 0.12e-3;
+// m, width of the bundles of enamel prisms that a cut shows (Hunter-Schreger bands)
+const float kPrismStriae = 0.06e-3;
+const float kFlute = 0.09e-3;  // m, width of the marks that the blades of a bur leave on a cut wall
 
-/// The tooth's axis in W: the body's own z.
+/// Returns the tooth's axis in W, which is the z axis of the body.
 vec3 object_axis() { return vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z); }
 
 float hash(vec3 p) {
@@ -22,20 +24,20 @@ float noise(vec3 p) {
   return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
              mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
 }
-/// Normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
+/// Returns the normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
 vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   vec3 q = p / size;
   float here = noise(q);
   vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
 }
-/// Fraction of a structure of this period (m) that pixels of this size (m) can show: 1 from four pixels per period on,
-/// 0 below two. So fine structure disappears instead of flickering.
+/// Returns the fraction of a structure of this period (m) that pixels of this size (m) can show: 1 if a period is at
+/// least four pixels wide, 0 below two pixels. So fine structure disappears instead of flickering.
 float resolved(float period, float pixel) { return smoothstep(2.0, 4.0, period / max(pixel, 1e-9)); }
 
-/// Sound enamel: growth lines and ripples of the wet film in the normal `n_gloss`, stain in fissures, and microcracks in
-/// the colour. Cut enamel (`cut`: fraction) shows its prisms instead, as fine striae. `open`: fraction of the room's
-/// light that arrives; `pixel`: size of a pixel on the surface, m.
+/// Returns the colour of sound enamel, with stain in fissures and microcracks. Adds growth lines and ripples of the wet
+/// film to the normal `n_gloss`. Cut enamel (`cut`: fraction) shows its prisms instead, as fine striae. `open`:
+/// fraction of the room's light that arrives; `pixel`: size of a pixel on the surface, m.
 vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, float cut, inout vec3 n_gloss) {
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
@@ -50,15 +52,15 @@ vec3 enamel(vec3 color, vec3 p, vec3 n, float open, float pixel, float cut, inou
   float groove = smoothstep(0.72, 0.25, open);
   color *= mix(vec3(1.0), vec3(0.78, 0.62, 0.42), groove);
   color *= 0.97 + 0.06 * noise(p * 900.0);
-  // A crack is where a smooth function of the place crosses zero. It scatters light and looks slightly brighter.
+  // A crack is where a smooth function of the position crosses zero. It scatters light and looks slightly brighter.
   float field = noise(vec3(p.xy / kCrackSpacing, 0.25 * p.z / kCrackSpacing) + 7.0) - 0.5;
   float width = 1.5 * pixel / kCrackSpacing;
   float crack = (1.0 - smoothstep(0.5 * width, 1.5 * width, abs(field))) * smoothstep(0.45, 0.7, noise(p * 500.0 + 3.0));
   return color * (1.0 + 0.07 * crack * side * resolved(kCrackSeen, pixel));
 }
 
-/// Cut dentin (`cut`: fraction): the smear layer is dull and uneven, and the blades of the bur leave fine ridges along
-/// their way. A natural surface is the cementum of a root: matt and finely grained.
+/// Returns the colour of dentin. Cut dentin (`cut`: fraction): the smear layer is dull and uneven, and the blades of
+/// the bur leave fine ridges along their path. A natural surface is the cementum of a root: matt and finely grained.
 vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_gloss, inout float rough) {
   if (cut < 0.5) {
     n_gloss = bumped(n, p, 0.20e-3, 0.05);
@@ -66,7 +68,7 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_glo
   }
   vec3 axis = object_axis();
   float along = dot(n, axis), side = 1.0 - along * along;
-  // On a wall the ridges are level, on a floor they run along the way of the bur, which bends slowly.
+  // On a wall, the ridges are level. On a floor, they run along the path of the bur, which bends slowly.
   float wall = p.z / kFlute, bend = 1.5 * noise(p * 700.0), floor_line = (0.8 * p.x + 0.6 * p.y) / kFlute;
   float ridge = cos(6.2831853 * (mix(floor_line, wall, smoothstep(0.3, 0.7, side)) + bend));
   float shown = resolved(kFlute, pixel) * (0.4 + 0.6 * noise(p * 1500.0));
@@ -77,15 +79,15 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_glo
   return color * (0.94 + 0.09 * smear) * (1.0 + 0.03 * shown * ridge);
 }
 
-/// Caries: light brown and leathery at its edge, dark, rough and crumbly where it is softest. `inward`: fraction of
-/// caries around the point; `shows`: fraction of the lower tissue that is visible.
+/// Returns the colour of caries: light brown and leathery at its edge, dark, rough and crumbly where it is softest.
+/// `inward`: fraction of caries around the point; `shows`: fraction of the lower tissue that is visible.
 vec3 caries(vec3 color, vec3 p, float inward, float shows) {
   float grain = 0.65 * noise(p * 2600.0) + 0.35 * noise(p * 9000.0);
   float core = smoothstep(0.45, 1.0, inward - 0.5 * shows + 0.2 * (grain - 0.5));
   return color * mix(1.35, 0.65, core) * mix(0.8, 1.2, grain);
 }
 
-/// Living pulp: red with a net of darker vessels, bleeding where it is open, under a wet film.
+/// Returns the colour of living pulp: red with a net of darker vessels, bleeding where it is open, under a wet film.
 vec3 pulp(vec3 color, vec3 p, vec3 n, inout vec3 n_gloss) {
   vec3 bend = vec3(noise(p * 1700.0), noise(p * 1700.0 + 9.0), noise(p * 1700.0 + 17.0));
   float vessels = 1.0 - smoothstep(0.0, 0.12, abs(noise(p * 2600.0 + 2.5 * bend) - 0.5));
@@ -95,7 +97,8 @@ vec3 pulp(vec3 color, vec3 p, vec3 n, inout vec3 n_gloss) {
   return mix(color, vec3(0.16, 0.008, 0.006), 0.55 * blood);
 }
 
-/// Dentin beside open pulp carries some of its blood. `share`: fraction of pulp around the point.
+/// Returns the colour of dentin beside open pulp, which carries some blood of the pulp. `share`: fraction of pulp
+/// around the point.
 vec3 bloody(vec3 color, vec3 p, float share) {
   float stain = smoothstep(0.02, 0.45, share + 0.25 * (noise(p * 3000.0) - 0.5));
   return color * mix(vec3(1.0), vec3(0.55, 0.16, 0.13), 0.75 * stain);

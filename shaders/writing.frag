@@ -1,8 +1,9 @@
 #version 460
-// A text panel over the composed screen. It has the same pixels as the host drew (engine/display/writing.h).
+// A text panel over the composed screen. Its pixels are those that the CPU drew (engine/display/writing.h).
 layout(set = 0, binding = 1) readonly buffer Panels { uint pixels[]; };
 layout(push_constant) uniform Push {
-  ivec4 panel;  // xy: upper left corner, pixels of the target; z: width; w: its first pixel's index in the buffer
+  // xy: upper left corner, pixels of the target; z: width; w: index of the panel's first pixel in the buffer
+  ivec4 panel;
 };
 layout(location = 0) out vec4 out_color;
 

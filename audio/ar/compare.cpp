@@ -17,7 +17,8 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kWindow = 1024.0 / 48000;  // s, length of the analysis window
-constexpr double kGrid = 46.875;            // Hz, grid of the compared frequencies
+// Hz, distance between two neighbouring frequencies at which the spectra are compared
+constexpr double kGrid = 46.875;
 
 struct Analysed {
   SoundMeasure measure;
@@ -76,7 +77,7 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // A window of this length gives no information below 60 Hz.
+  // The analysis window cannot resolve frequencies below 60 Hz, so the first value (at kGrid) is left out.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

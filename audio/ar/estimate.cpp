@@ -21,7 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // forward[i] is the forward error at sample m + i, backward[i] the backward error at sample m − 1 + i.
+  // In stage m of the recursion, forward[i] is the forward prediction error at sample m + i, and backward[i] is the
+  // backward prediction error at sample m − 1 + i.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -32,7 +33,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // The pair at i spans samples i … i + m + 1 and gets the weight of the middle sample.
+      // The two errors with index i depend on the samples i … i + m + 1. Their weight is that of the middle one of
+      // these samples.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -40,7 +42,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += w * (forward[i] * forward[i] + backward[i] * backward[i]);
       }
     }
-    const double k = energy > 0 ? -2 * cross / energy : 0.0;  // |2fb| ≤ f² + b², so |k| never exceeds 1
+    // because |2fb| ≤ f² + b² for the errors f and b, |k| never exceeds 1
+    const double k = energy > 0 ? -2 * cross / energy : 0.0;
     result.reflection.push_back(k);
     variance *= 1 - k * k;
     result.by_order.push_back(variance);
@@ -79,8 +82,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]: the first row is summed directly, the other rows are updated along the
-  // diagonals.
+  // The matrix is c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. Its first row is summed directly. Every other element follows
+  // from its upper left neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {

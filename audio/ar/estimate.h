@@ -11,7 +11,8 @@ struct Estimate {
   std::vector<double> reflection;
   double variance = 0;           // variance of the prediction residual
   std::vector<double> by_order;  // residual variance of orders 0…p for the criteria; may be empty
-  bool refactored = false;  // the solution was unstable and was replaced by the stable model with the same spectrum
+  /// true if the solution was unstable and was replaced by the stable model with the same spectrum
+  bool refactored = false;
 };
 
 /// Burg's method (Burg 1975). `weights`, if not empty, weight the prediction errors (Swingler 1979); weights.size() ==
@@ -25,7 +26,7 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };
-/// The order p that minimises n·ln σ²_p + 2p (Akaike 1974) or n·ln σ²_p + p·ln n (Schwarz 1978).
+/// Returns the order p that minimises n·ln σ²_p + 2p (Akaike 1974) or n·ln σ²_p + p·ln n (Schwarz 1978).
 std::size_t best_order(const std::vector<double>& variance_by_order, std::size_t samples, Criterion criterion);
 
 }  // namespace typodont::audio

@@ -25,7 +25,8 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order]: coefficients, order even. y[−order…−1]: past output. response[kBlock + j]: impulse response, 0 for j < 0.
+// a[1…order] are the filter's coefficients; order is even. y[−order…−1] is the past output. response[kBlock + j] is the
+// impulse response at sample j; it is 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {
@@ -37,7 +38,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Contribution of the past output. The slice itself is set to zero, so every lane can run over all coefficients.
+    // Adds the contribution of the past output to the slice. The samples of the slice are zero at first, so every lane
+    // can run over all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
@@ -54,7 +56,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
         odd[v] -= a[i + 1] * *reinterpret_cast<const Unaligned*>(q + v * kLanes - 1);
       }
     }
-    // Contribution of the slice to itself: convolve it with the impulse response, one source vector at a time.
+    // Adds the contribution that the samples of the slice make to each other: the slice is convolved with the impulse
+    // response, one source vector at a time.
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
     Vector sum[4] = {};
@@ -120,7 +123,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // the history is moved to the start of the buffer every few thousand samples
+  // Every few thousand samples, the history is moved to the start of the buffer.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;
@@ -158,8 +161,8 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
 }
 
 double LatticeFilter::next(double noise) noexcept {
-  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by the angle whose sine is k_m. In the
-  // normalised scale the unit noise is the forward input, and the output has unit variance.
+  // Gray & Markel 1975, fig. 3: stage m rotates (forward, delayed backward) by the angle whose sine is k_m. All signals
+  // are normalised: the input is noise of unit variance, and the output has unit variance.
   double forward = noise;
   for (std::size_t m = sine_.size(); m-- > 0;) {
     const double backward = state_[m];

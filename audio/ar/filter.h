@@ -23,16 +23,16 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  // past_: the newest `order` samples, newest first. They are stored twice, so that a read never passes the end of
-  // the buffer.
+  // past_ contains the newest `order` samples, newest first. Every sample is stored twice, so that a read never passes
+  // the end of the buffer.
   std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
 };
 
 /// Filters blocks of 64 samples. The contribution of earlier blocks is a convolution, computed in independent lanes.
-/// The contribution of the block to itself is a triangular system; its inverse is the first 64 samples of the impulse
-/// response.
+/// Within a block, every sample also depends on the earlier samples of the block. This is a triangular system, whose
+/// inverse consists of the first 64 samples of the impulse response.
 template <class T>
 class BlockFilter {
  public:
@@ -66,17 +66,20 @@ class LatticeFilter {
   double level_;
 };
 
-/// Chooses the form by direct_form_condition(): blocks in float, blocks in double, or the lattice.
+/// Chooses the form of the filter by direct_form_condition(): the block form in float, the block form in double, or the
+/// lattice.
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  static constexpr double kFloatLimit = 4e3;  // condition limit for float: rounding 70 dB below the excitation
-  static constexpr double kDoubleLimit =
-      1e10;  // condition limit for double: rounding 110 dB below the excitation; above the limit the lattice is used
+  /// largest condition number for float; the rounding noise is then 70 dB below the excitation
+  static constexpr double kFloatLimit = 4e3;
+  /// largest condition number for double; the rounding noise is then 110 dB below the excitation; above it, the
+  /// lattice is used
+  static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);
-  void process(const float* noise, float* out) noexcept;  // kBlock samples
+  void process(const float* noise, float* out) noexcept;  // filters kBlock samples
   Form form() const noexcept { return form_; }
 
  private:

@@ -28,15 +28,16 @@ namespace {
 
 // Hz, lower limit of the frequencies in the distances, because the window cannot resolve lower frequencies
 constexpr double kLowestCompared = 60;
-constexpr double kSilence = 1e-3;  // peak amplitude, -60 dB re full scale
+// limit of the peak amplitude, -60 dB re full scale; a recording with a lower amplitude counts as silent
+constexpr double kSilence = 1e-3;
 // dB, distance below the loud part's level at which the ends of the recording count as silence
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-// Threshold: range of the spindle's speed divided by its mean. Above this threshold, the changes of the speed are
-// removed from the sound before the fit; below it, they stay in the sound.
+// Limit of the range of the spindle's speed (highest − lowest), divided by its mean. Above this limit, the changes of
+// the speed are removed from the sound before the fit; below it, they stay in the sound.
 constexpr double kConstantSpeed = 0.002;
-constexpr double kMostHeldOut = 0.9;  // limit of the held-out fraction of the part
+constexpr double kMostHeldOut = 0.9;  // upper limit of FitOptions::hold_out, the fraction that is not used for the fit
 // s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
@@ -112,7 +113,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// Indices of the first audible sample and of the sample after the last audible sample.
+/// Returns the indices of the first audible sample and of the sample after the last audible sample.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -125,7 +126,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// The longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
+/// Returns the longest interval whose level stays within kSteadyWithin of the median level of the loud frames.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -148,7 +149,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
 /// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to distinguish 50 Hz from 60 Hz
+  if (static_cast<double>(points) < 0.5 * rate) return 0;  // the spectrum is too coarse to distinguish 50 Hz from 60 Hz
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
   for (const double mains : {50.0, 60.0}) {
@@ -170,9 +171,9 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;
     if (w > 0.9 * kPi) break;
-    // A notch with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
+    // A notch filter with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
-    const double gain = (1 + c * r + r * r) / (2 + c);  // gain of 1 at 0 Hz
+    const double gain = (1 + c * r + r * r) / (2 + c);  // factor for a gain of 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
       double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
       for (double& v : x) {
@@ -188,10 +189,11 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Standard deviation of white noise that fills an empty band above the audible one; 0 if no band is empty. A band is
-/// empty if its level is 40 dB below the weakest audible part (because of another sample rate or a coder's low-pass).
-/// The noise is 10 dB below the weakest audible part. An all-pole model cannot represent an empty band, and poles in
-/// an empty band would be missing in the audible band.
+/// Some recordings have no power above a certain frequency, because of another sample rate or a coder's low-pass. This
+/// function returns the standard deviation of white noise that fills such an empty band above the audible band, or 0 if
+/// there is none. A band counts as empty if its level is 40 dB below the weakest audible part. The noise is 10 dB below
+/// the weakest audible part. Without this noise, an all-pole model would use some of its poles for the empty band, and
+/// these poles would be missing in the audible band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -214,7 +216,7 @@ Window window_named(const std::string& name) {
   throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
 }
 
-/// The order as a number, or 0 if a criterion chooses the order.
+/// Returns the order that the user gave as a number, or 0 if a criterion chooses the order.
 std::size_t order_asked(const FitOptions& options) {
   if (options.order == "aic" || options.order == "bic") return 0;
   int order = 0;
@@ -226,7 +228,8 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the held-out samples with the model's expected spectrum `model` on the frequencies of report's distances.
+/// Compares the held-out samples with the model's expected spectrum `model`, at the same frequencies as the distances
+/// in `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -396,7 +399,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      fill();  // the interpolation leaves a band below half the rate empty, which is filled here
+      fill();  // the interpolation leaves a band below half the rate empty; this call fills the band with noise
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
                       "{:.0f} Hz",

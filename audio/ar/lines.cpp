@@ -18,16 +18,18 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kProminence = 10;              // dB, smallest prominence of a line above its surroundings
-constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
+constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
-constexpr double kDrift =
-    1;  // s; slower changes of frequency count as changes of the spindle's speed, not as a width of the spectral line
+// s, limit: a change of frequency over a longer time counts as a change of the spindle's speed, not as a width of
+// the spectral line
+constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
 constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
-// limit for the variance of the amplitude that noise causes, divided by the squared mean amplitude
+// limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude
 constexpr double kWeakNoise = 0.02;
-constexpr std::array kBandwidths = {80.0, 40.0, 20.0};  // Hz
+// Hz, half widths of the bands in which a line is followed; the first suitable one is used
+constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
 void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
@@ -42,12 +44,13 @@ void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
   }
 }
 
-/// Half the length of each moving average for a -3 dB point at `bandwidth`.
+/// Returns the half length of each moving average for which the filter's gain at `bandwidth` (Hz) is -3 dB.
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// Shifts the band around `frequency` to 0 Hz: amplitude and phase of a sinusoid at that frequency.
+/// Shifts the band around `frequency` to 0 Hz. The result is the complex amplitude of a sinusoid at this frequency over
+/// time.
 std::vector<std::complex<double>> band_about(std::span<const double> x, double rate, double frequency,
                                              double bandwidth) {
   std::vector<std::complex<double>> z(x.size());
@@ -64,8 +67,9 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // The band's filter H leaves (1 - H) x. Noise through a filter of twice the width replaces the missing power at
-  // every frequency: the sum of |1 - H|² and of the power response of the wider filter is 1 within 0.6 dB.
+  // After the subtraction of the band, (1 - H) x remains, where H is the band's filter. Noise through a filter of twice
+  // the width replaces the missing power at every frequency: the sum of |1 - H|² and of the power response of the wider
+  // filter is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -85,7 +89,8 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// `z` must not include the edges, where the averages are one-sided.
+/// Measures amplitude and frequency of a line from its band `z`. `z` must not include the ends of the sound, where the
+/// moving averages use samples of one side only.
 LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -139,8 +144,8 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) next to a line that is followed in a band of this width: the median over the frequencies next
-/// to the band.
+/// Returns the power density (1/Hz) of the noise next to a line: the median over the frequencies next to the band in
+/// which the line is followed.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -153,7 +158,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// A copy of the process `noise`, with its variance reduced by `variance`.
+/// Returns a copy of the process `noise`, with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -169,7 +174,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // The smoothing has the power response |H|² = 2^-(f/bandwidth)².
+  // Power response of the smoothing filter: |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -211,11 +216,12 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // Hz, for each frequency that was tried: the frequency, and half the width of its band
+  // the frequencies that were tried so far: frequency (Hz), and half the width of its band (Hz)
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A fluctuating line has several peaks within its band.
+    // A line whose frequency fluctuates has several peaks in its band. So a peak in a band that was already tried is
+    // skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);
@@ -241,7 +247,8 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The line's frequency has a normal distribution. The Hann window's spectrum of a sinusoid has a closed form.
+    // The frequency of the line is assumed to have a normal distribution. For each of several frequencies of this
+    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form.
     constexpr int kPoints = 9;  // number of evenly spaced frequencies from −2 to 2 standard deviations
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

@@ -11,15 +11,16 @@ namespace typodont::audio {
 
 /// Amplitude and frequency of one spectral line over time, one entry per kLineStep samples.
 struct LineTrack {
-  double frequency = 0;           // Hz, mean
+  double frequency = 0;           // Hz, mean frequency
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
   std::vector<double> deviation;  // Hz, deviation from the mean frequency
 
   double mean_amplitude() const;
-  /// Variance that the noise in the band alone would cause. The first function gives the variance of the amplitude,
-  /// divided by the square of its mean; the second gives the variance of the frequency (Hz²).
+  /// Variances that the noise in the band would cause without any fluctuation of the line. The first function gives the
+  /// variance of the amplitude, divided by the square of its mean; the second gives the variance of the frequency
+  /// (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
   /// Standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow
@@ -27,14 +28,15 @@ struct LineTrack {
   double variation() const;
   /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise, whose own variation is 0.52. The noise next to the line must
-  /// be so weak that both cases can be distinguished.
+  /// True for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise next to
+  /// the line is so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // limit of the variation of a sinusoid; it lies between the variations of a sinusoid and of noise
+  // upper limit of own_variation() for a sinusoid; it lies between 0 (sinusoid) and 0.52 (narrow-band noise)
   static constexpr double kSteadyVariation = 0.3;
-  // limit of the variance of the amplitude that noise causes, divided by the squared mean amplitude
+  // limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude; above it,
+  // the line is too weak
   static constexpr double kWeakestLine = 0.1;
 };
 
@@ -52,12 +54,12 @@ struct TakenLine {
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest
-/// first. Changes of frequency that are slower than a second count as changes of the spindle's speed, not of the
+/// first. A change of frequency that takes longer than a second counts as a change of the spindle's speed, not of the
 /// line.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
-/// One-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would estimate it
-/// with windows of n samples.
+/// Returns the one-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would
+/// estimate it with windows of n samples.
 std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, std::size_t n, double rate);
 
 }  // namespace typodont::audio

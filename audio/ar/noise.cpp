@@ -9,8 +9,8 @@ namespace typodont::audio {
 
 namespace {
 
-// ln(x) for x in (0, 1]: the exponent, plus the mantissa's logarithm by the atanh series in s = (m − 1)/(m + 1), |s| <
-// 0.172.
+// Computes ln(x) for x in (0, 1] from the exponent and the mantissa m. The mantissa's logarithm is the atanh series in
+// s = (m − 1)/(m + 1), |s| < 0.172.
 inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   const UInt16x raw = std::bit_cast<UInt16x>(x);
   // Maps the mantissa to [√½, √2): a mantissa above √2 is halved and the exponent is incremented.
@@ -24,7 +24,8 @@ inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   return __builtin_convertvector(exponent, Float16) * 0.69314718f + 2.0f * s * series;
 }
 
-// sin(2π t) for t in [−½, ½): an odd minimax polynomial on a quarter turn; symmetry gives the rest (error 2e-7).
+// Computes sin(2π t) for t in [−½, ½) by an odd minimax polynomial on a quarter turn; the other quarters follow by
+// symmetry. The error is 2e-7.
 inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   const Float16 magnitude = t < 0.0f ? -t : t;
   const Float16 folded = magnitude > 0.25f ? 0.5f - magnitude : magnitude;
@@ -34,7 +35,8 @@ inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   return t < 0.0f ? -p : p;
 }
 
-// Generates 32 values: sixteen lanes of xoshiro128++ (Blackman & Vigna 2018), then Box & Muller 1958.
+// Generates 32 values: xoshiro128++ (Blackman & Vigna 2018) gives uniform numbers in sixteen lanes, then the Box–Muller
+// transform (1958) gives normal numbers.
 TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   UInt16x s0, s1, s2, s3;
   std::memcpy(&s0, state[0], 64);
@@ -58,7 +60,7 @@ TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   std::memcpy(state[2], &s2, 64);
   std::memcpy(state[3], &s3, 64);
 
-  // u in (0, 1), t in [−½, ½), both with 24 bits.
+  // Uniform numbers with 24 bits: u in (0, 1), t in [−½, ½).
   const Int16x first = std::bit_cast<Int16x>(drawn[0]);
   const Float16 u = (__builtin_convertvector((first >> 8) & 0x00ffffff, Float16) + 0.5f) * 5.9604645e-8f;
   const Int16x second = std::bit_cast<Int16x>(drawn[1]);

@@ -17,9 +17,9 @@ constexpr std::uint64_t mixed(std::uint64_t seed) {
 class GaussianNoise {
  public:
   explicit GaussianNoise(std::uint64_t seed) noexcept;
-  /// `count` is a multiple of 32.
+  /// Writes `count` samples; `count` is a multiple of 32.
   void fill(float* out, int count) noexcept;
-  /// One sample, for uses that are not time-critical.
+  /// Returns one sample, for uses that are not time-critical.
   float next() noexcept;
 
  private:

@@ -18,7 +18,7 @@ constexpr double kUnderLoad = 2.5;       // dB, increase over the idle level tha
 constexpr double kShortest = 0.2;  // s, lower limit of a part's duration; a shorter part is merged with its neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
-/// Level of each frame in dB.
+/// Returns the level of each frame in dB.
 std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   std::vector<double> levels;
   for (std::size_t at = 0; at + frame <= x.size(); at += frame) {
@@ -29,7 +29,8 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// The level that best separates quiet from loud frames (Otsu 1979); no value if all frames have similar levels.
+/// Returns the level that best separates quiet from loud frames (Otsu 1979); no value if all frames have similar
+/// levels.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);

@@ -20,7 +20,8 @@ double bessel_i0(double x) {
   return sum;
 }
 
-/// Kaiser-windowed sinc with cut-off `cutoff` (1: half the rate) at a distance of t samples; zero beyond `half`.
+/// Kaiser-windowed sinc at a distance of t samples. `cutoff` is the cut-off as a ratio to half the rate. The result is
+/// zero if |t| is larger than `half`.
 double windowed_sinc(double t, double cutoff, double half, double beta) {
   if (std::abs(t) >= half) return 0;
   const double u = t / half;
@@ -55,7 +56,7 @@ std::vector<double> resampled(std::span<const double> x, double from_rate, doubl
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;
   const auto count = static_cast<std::size_t>(std::floor(static_cast<double>(x.size()) / step));
-  // The kernel is stored in a fine table and interpolated cubically, so that the two rates need no common multiple.
+  // The kernel is stored in a fine table and interpolated cubically. So the ratio of the two rates may be any number.
   constexpr double kTable = 1024;
   std::vector<double> table(static_cast<std::size_t>(half * kTable) + 4);
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -91,7 +92,8 @@ InterpolationKernels::InterpolationKernels(double fastest) {
     set.rows.resize(static_cast<std::size_t>(kPhases + 1) * static_cast<std::size_t>(set.taps));
     for (int phase = 0; phase <= kPhases; ++phase) {
       for (int i = 0; i < set.taps; ++i) {
-        // Tap i is at x[i − taps/2 + 1]; with cut-off 1 and no offset the result is the sample itself.
+        // Tap i multiplies x[i − taps/2 + 1]. With cut-off 1 and offset 0, only one tap is not zero, and the result is
+        // the sample itself.
         const double t = i - (set.taps / 2 - 1) - static_cast<double>(phase) / kPhases;
         set.rows[static_cast<std::size_t>(phase) * static_cast<std::size_t>(set.taps) + static_cast<std::size_t>(i)] =
             static_cast<float>(windowed_sinc(t, cutoff, half, kBeta));

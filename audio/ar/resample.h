@@ -16,19 +16,20 @@ std::vector<double> resampled(std::span<const double> x, double from_rate, doubl
 class InterpolationKernels {
  public:
   static constexpr int kPhases = 512;
-  /// `fastest`: the highest playback speed, input samples per output sample.
+  /// Computes the kernels for playback speeds up to `fastest` (input samples per output sample).
   explicit InterpolationKernels(double fastest);
 
-  /// The signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 … reach].
+  /// Returns the signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 …
+  /// reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  int reach(double speed) const noexcept;  // samples read on each side
+  int reach(double speed) const noexcept;  // number of samples that read() uses on each side
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:
   struct Set {
     double speed;             // the highest playback speed for which this set is used
-    int taps;                 // a multiple of 16
-    std::vector<float> rows;  // (kPhases + 1) × taps
+    int taps;                 // number of filter taps; a multiple of 16
+    std::vector<float> rows;  // table of (kPhases + 1) rows with `taps` coefficients each
   };
   const Set& set_for(double speed) const noexcept;
   std::vector<Set> sets_;

@@ -23,7 +23,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     std::nth_element(around.begin(), middle, around.end());
     const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
     if (prominence < at_least_dB) continue;
-    // Position of the peak between the bins, from a parabola through the logarithms of three bins.
+    // The position of the peak between the bins follows from a parabola through the logarithms of three bins.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
     const double curve = l - 2 * c + r;
     const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
@@ -42,7 +42,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  double best = 0, best_score = 12;  // dB, best score so far; the initial value is the least accepted score
+  double best = 0, best_score = 12;  // dB, best score so far; initially the least score that is accepted
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
@@ -61,7 +61,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
           missing += 5;
         }
       }
-      if (present >= 2 && score > best_score) {  // a single line is no harmonic series
+      if (present >= 2 && score > best_score) {  // a single line is not enough for a harmonic series
         best_score = score;
         best = f;
       }

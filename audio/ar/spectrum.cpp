@@ -16,7 +16,7 @@ namespace {
 struct FftwFree {
   void operator()(void* p) const { fftw_free(p); }
 };
-/// FFTW makes and destroys plans on one thread at a time.
+/// FFTW's functions that create or destroy plans must not run on two threads at the same time; this mutex prevents it.
 std::mutex& planner() {
   static std::mutex one;
   return one;
@@ -80,7 +80,7 @@ std::vector<double> welch(std::span<const double> x, std::size_t n, double rate)
     ++segments;
   }
   for (std::size_t i = 0; i < power.size(); ++i) {
-    const bool single = i == 0 || 2 * i == n;  // no mirrored frequency
+    const bool single = i == 0 || 2 * i == n;  // only the frequencies 0 and half the rate have no mirrored frequency
     power[i] *= (single ? 1.0 : 2.0) / (rate * weight * static_cast<double>(segments));
   }
   return power;

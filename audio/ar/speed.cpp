@@ -12,13 +12,16 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kShortest = 0.5, kLongest = 60;  // s, lengths of a sound in which the speed is followed
-constexpr double kProminence = 10;     // dB, least prominence above the surroundings of a line that is followed
-constexpr std::size_t kMostTried = 6;  // number of lines that are tried, from the strongest on
-constexpr double kSmoothing = 0.3;     // s, length of the moving average over the speed; a spindle has inertia
+constexpr double kShortest = 0.5, kLongest = 60;  // s, limits of the length of a sound in which the speed is followed
+// dB, least prominence above its surroundings that a line must have to be followed
+constexpr double kProminence = 10;
+constexpr std::size_t kMostTried = 6;  // largest number of lines that are tried, the strongest first
+// s, length of the moving average over the speed, which changes smoothly because the spindle has inertia
+constexpr double kSmoothing = 0.3;
 constexpr int kPasses = 3;  // number of moving averages in succession, which are together nearly a Gaussian filter
 
-/// Value at place `at` of the straight line that fits values[from … from + count) best.
+/// Fits a straight line to values[from … from + count) by least squares. Returns the value of this line at the index
+/// `at`.
 double extrapolated(const std::vector<double>& values, std::size_t from, std::size_t count, double at) {
   double mean = 0, slope = 0, squares = 0;
   const double middle = static_cast<double>(from) + 0.5 * static_cast<double>(count - 1);
@@ -31,7 +34,7 @@ double extrapolated(const std::vector<double>& values, std::size_t from, std::si
   return mean + (squares > 0 ? slope / squares : 0) * (at - middle);
 }
 
-/// Applies moving averages of 2 half + 1 values. At both ends the values continue along a straight line.
+/// Applies moving averages of 2 half + 1 values. Beyond both ends, the values are extended along a straight line.
 void smooth(std::vector<double>& values, std::size_t half) {
   const std::size_t count = values.size(), margin = kPasses * half, fitted = std::min(count, 2 * margin + 1);
   std::vector<double> padded(count + 2 * margin);
@@ -73,8 +76,8 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The track begins after the sound's start and ends before its end, by the same time, because its filter needs
-    // samples on both sides. In these two intervals the speed is constant.
+    // The line's filter needs samples on both sides. So the track begins some time after the sound's start and ends
+    // equally long before its end. In these two intervals the speed is assumed to be constant.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

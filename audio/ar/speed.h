@@ -14,17 +14,17 @@ struct SpeedTrack {
   std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 
   bool known() const { return !ratio.empty(); }
-  // speed ratio at time t (s), interpolated linearly, constant beyond the ends; 1 if the speed is not known
+  // returns the speed ratio at time t (s): interpolated linearly, constant beyond the ends; 1 if the speed is not known
   double at(double t) const;
-  double range() const;  // highest ratio − lowest ratio
+  double range() const;  // highest ratio minus lowest ratio
 };
 
 /// Follows the strongest steady line of the sound. The result is empty if no line is steady, or if the sound is
 /// shorter than 0.5 s or longer than a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
-/// The sound as it would be at the mean speed: it is played faster where the spindle was slow, and slower where the
-/// spindle was fast. So every line of the rotor keeps its frequency.
+/// Returns the sound as it would be at the mean speed. The sound is played faster where the spindle was slow, and
+/// slower where the spindle was fast. Then every line of the rotor has a constant frequency.
 std::vector<double> at_constant_speed(std::span<const double> x, double rate, const SpeedTrack& speed);
 
 }  // namespace typodont::audio

@@ -24,8 +24,8 @@ namespace typodont::audio {
 
 namespace {
 
-/// The baseline: as many multiply-adds per sample as the filter has coefficients, without feedback, in the same
-/// vectors and registers. A recursive filter in direct form cannot be faster.
+/// The lower limit of the time of a recursive filter: as many multiply-adds per sample as the filter has coefficients,
+/// without feedback, in the same vectors and registers. No filter in direct form can be faster.
 TYPODONT_CLONES void multiply_add_floor(const float* a, int order, const float* x, float* y, int count) {
   for (int n = 0; n < count; n += 64) {
     Float16 even[4] = {}, odd[4] = {};
@@ -80,7 +80,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
 
   FitOptions fit;
   fit.order = std::to_string(*std::max_element(options.orders.begin(), options.orders.end()));
-  // without lines, because these rows measure how well a filter of each order represents the recording
+  // fits without lines, because these rows measure how well a filter of each order represents the recording
   fit.lines = false;
   const FitReport best = fit_recording(options.recording, fit);
   for (const int order : options.orders) {
@@ -104,7 +104,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     });
     rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
-    // A new filter measures the error; one filter that is used repeatedly measures the time.
+    // The error is measured on a new filter, the time on one filter that is used repeatedly.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);

@@ -9,14 +9,15 @@
 
 namespace typodont::audio {
 
-/// Delay-locked loop after Adriaensen 2005 ("Using a DLL to filter time"): follows the callbacks' mean rate, not their
-/// jitter. Audio thread.
+/// Delay-locked loop after Adriaensen 2005 ("Using a DLL to filter time"). It follows the mean rate of the callbacks
+/// and removes their jitter. Audio thread.
 class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// The time at which the callback for `samples` samples would have come without jitter, if it came at `t`. A callback
-  /// that is more than four periods late or early (a stopped or starved device) restarts the filter.
+  /// Returns the time at which the callback for `samples` samples would have come without jitter. `t` is the time at
+  /// which it came. A callback that is more than four periods late or early (because the device stopped or starved)
+  /// restarts the filter.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
@@ -48,9 +49,9 @@ class ClockFilter {
   int samples_ = 0;
   bool running_ = false;
   long long seen_ = 0;
-  Nanos next_ = 0;     // integer part of the time at which the next callback is due
+  Nanos next_ = 0;     // ns, integer part of the time at which the next callback is due
   double rest_ = 0;    // ns, fractional part of next_
-  double period_ = 0;  // ns
+  double period_ = 0;  // ns, time between two callbacks
 };
 
 }  // namespace typodont::audio

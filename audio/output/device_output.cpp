@@ -126,7 +126,8 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // All ticks up to one buffer and a margin before this callback's due time have arrived.
+  // The buffer starts one buffer length and a margin before this callback's due time, because all ticks until then have
+  // arrived.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
@@ -142,7 +143,8 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
     for (int i = 0; i < count; ++i) {
       const float* const frame = part.data() + i * given;
       for (int c = 0; c < channels; ++c) {
-        // One channel goes to all channels of the device, two channels to its first two, or their mean to its only one.
+        // A mono sound is copied to all channels of the device. A stereo sound goes to the first two channels of the
+        // device; a device with one channel gets the mean of left and right.
         if (given == 1)
           *out++ = frame[0];
         else if (channels == 1)

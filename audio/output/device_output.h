@@ -24,12 +24,14 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// A tick at time t is heard in the sample that leaves the program one buffer and this margin later. The margin
-  /// allows for a late callback and for the time that a tick needs to pass through the ring.
+  /// A tick at time t is heard in the sample that leaves the program later by one buffer and this margin (ns). The
+  /// margin allows for a late callback and for the time that a tick needs to pass through the ring.
   static constexpr Nanos kMargin = 1'000'000;
-  static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
+  /// ns, limit: if no callback comes for this time, the device counts as lost
+  static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  static constexpr Nanos kPatience = 2'000'000'000;  // ns, waiting time for a library that does not release the device
+  /// ns, longest time to wait for a library that does not release the device
+  static constexpr Nanos kPatience = 2'000'000'000;
 
  private:
   static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
@@ -37,7 +39,8 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  std::shared_ptr<StreamBackend> backend_;     // shared with the thread that closes the stream, which may take long
+  /// shared with the thread that closes the stream, because closing may take long
+  std::shared_ptr<StreamBackend> backend_;
   std::shared_ptr<std::atomic<bool>> closed_;  // false while the other thread is closing the stream
   std::string device_;
   AudioOptions options_;
@@ -47,9 +50,9 @@ class DeviceOutput final : public AudioOutput {
   Nanos last_look_samples_at_ = 0, next_try_ = 0;
   std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
 
-  // Audio thread only, while a stream runs.
+  // Used only by the audio thread while a stream runs.
   ClockFilter clock_{48000};
-  Nanos offset_ = 0;  // tick time − host time
+  Nanos offset_ = 0;  // ns, tick time minus host time
   std::array<float, 4096> block_{};
 
   std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};

@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Renders when advance() is called, as fast as possible.
+/// Writes a file. Renders when advance() is called, as fast as possible.
 class FileOutput final : public AudioOutput {
  public:
   FileOutput(const std::string& file, const AudioOptions& options)

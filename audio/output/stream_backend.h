@@ -13,8 +13,8 @@ struct StreamRequest {
   std::string device;      // device name or a part of it; empty: the default device
   double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
-  int channels = 1;  // wanted number; a device without it gets one or two
-  /// Audio thread: fills frames × channels samples; false ends the stream.
+  int channels = 1;  // wanted number of channels; a device that does not support it is opened with one or two channels
+  /// Called on the audio thread. Fills frames × channels samples. Returns false to end the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;
 };
@@ -28,13 +28,13 @@ struct StreamOpened {
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Throws Error if no device has this name, RunFailure if the device refuses.
+  /// Opens a stream. Throws Error if no device has this name, RunFailure if the device refuses.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
-  /// False after the device has disappeared or the stream has stopped by itself.
+  /// Returns false after the device has disappeared or the stream has stopped by itself.
   virtual bool alive() noexcept = 0;
-  /// After the beginning of this call, the callback is not called again. The call may take minutes if the sound
-  /// server died.
+  /// Closes the stream. Once this call has begun, the callback is not called again. The call may take minutes if the
+  /// sound server died.
   virtual void close() noexcept = 0;
 };
 

@@ -10,9 +10,9 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kOmega = kSpeedOfSound / kHeadRadius;  // rad/s, ω0
-constexpr double kLeastShadow = 0.1;                    // α_min
-constexpr double kDarkest = 150.0 / 180 * kPi;          // θ_min, the angle at which the shadow is deepest
+constexpr double kOmega = kSpeedOfSound / kHeadRadius;  // rad/s, ω0 in the filter of the head's shadow
+constexpr double kLeastShadow = 0.1;                    // α_min, smallest factor of the head's shadow
+constexpr double kDarkest = 150.0 / 180 * kPi;          // rad, θ_min: the angle at which the head's shadow is deepest
 constexpr int kReach = 2;                               // samples on each side that the interpolation reads
 
 }  // namespace
@@ -40,7 +40,7 @@ double ear_shadow(double angle) {
 }
 
 Binaural::Binaural(double sample_rate) : rate_(sample_rate), glide_(1 - std::exp(-1 / (kGlide * sample_rate))) {
-  // Bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0) with k = rate/ω0.
+  // Coefficients of the bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0), with k = rate/ω0.
   const double k = rate_ / kOmega;
   input_ = 1 / (1 + k);
   slope_ = k / (1 + k);
@@ -68,7 +68,7 @@ double Binaural::latency() const noexcept {
   return -ear_delay(0) + kReach / rate_;
 }
 
-/// The sound `delay` samples ago: cubic interpolation (Catmull–Rom).
+/// Returns the sound `delay` samples ago by cubic interpolation (Catmull–Rom).
 float Binaural::read(double delay) const noexcept {
   const auto whole = static_cast<std::size_t>(delay);
   const auto t = static_cast<float>(delay - static_cast<double>(whole));
@@ -91,7 +91,7 @@ void Binaural::render(std::span<const float> mono, std::span<float> stereo) noex
       const float y =
           input * (x + ear.before) + static_cast<float>(ear.shadow) * slope * (x - ear.before) - pole * ear.after;
       ear.before = x;
-      ear.after = std::abs(y) < 1e-20f ? 0.0f : y;  // no denormal numbers
+      ear.after = std::abs(y) < 1e-20f ? 0.0f : y;  // replaces denormal numbers by zero
       stereo[2 * i + e] = y;
     }
   }

@@ -23,7 +23,7 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Factor by which the tissue changes the power at a frequency in Hz, without the level.
+/// Factor by which the tissue changes the power at a frequency in Hz. The change of the whole level is not included.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;
@@ -40,7 +40,7 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Powers are sums over the grid of frequencies; the power of a line is expressed in the same unit.
+  // Here, the power of a sound is the sum over kPoints frequencies. The power of a line is converted to the same unit.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);

@@ -20,9 +20,9 @@ struct TissueColour {
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 
-/// One working model per tissue; the model for air is the idle model. Each is the idle power spectrum times the
-/// tissue's factors, as a model of the same order and rate. It is stable by construction (autocorrelation, then
-/// Levinson–Durbin).
+/// Returns one working model per tissue; the model for air is the idle model. The power spectrum of each model is the
+/// idle power spectrum times the tissue's factors. The order and the rate are those of the idle model. Each model is
+/// stable by construction (autocorrelation, then Levinson–Durbin).
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle);
 
 }  // namespace typodont::audio

@@ -10,9 +10,9 @@ namespace typodont::audio {
 namespace {
 
 // Water spray. The jet of a nozzle hisses over some octaves around 5 kHz; the droplets are heard as a fine crackle.
-constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz
+constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz, limits of the band in which the jet hisses
 constexpr double kDropletsPerSecond = 500;
-constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that droplets have
+constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that comes from the droplets
 
 // amplitude of the white noise in the suction, as a ratio to the noise that excites its resonance
 constexpr float kSuctionHiss = 1;
@@ -20,8 +20,9 @@ constexpr float kSuctionHiss = 1;
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
 
 /// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue sounds higher, longer and
-/// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode (2.76 and 5.4 times for a
-/// free bar; for a held crown the modes are closer). The values were chosen by ear; they are not measured.
+/// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode. (For a free bar, these ratios
+/// are 2.76 and 5.4; for a held crown, the modes are closer together.) The values were chosen by ear; they are not
+/// measured.
 struct Ring {
   double frequency, decay, weight;
 };
@@ -37,7 +38,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// upper limit of a scrape's frequencies, as a ratio to the frequency of the first mode
+// upper limit of the frequencies of scraping, as a ratio to the frequency of the first mode
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
@@ -96,8 +97,8 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Low-pass filters one octave above (two poles) and one octave below the rate of asperities; their difference is a
-  // band-pass.
+  // Two low-pass filters, one octave above (two poles) and one octave below the rate of asperities. Their difference is
+  // a band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);
@@ -110,7 +111,7 @@ float Scrape::next(float slip, float level, Tissue tissue) noexcept {
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
-  const double radius = std::exp(-kPi * 900 / sample_rate);  // bandwidth 900 Hz around 1.4 kHz
+  const double radius = std::exp(-kPi * 900 / sample_rate);  // resonance at 1.4 kHz with a bandwidth of 900 Hz
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
   slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)
@@ -144,8 +145,8 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // The output is normalised to a standard deviation of 1: the energy of the filter's impulse response is its gain
-  // for white noise.
+  // The output is normalised to a standard deviation of 1. The gain of the filter for white noise is the energy of its
+  // impulse response.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);
@@ -170,7 +171,7 @@ float Spray::filtered(float x) noexcept {
 
 float Spray::next(float level) noexcept {
   random_ = mixed(random_);
-  const float chance = static_cast<float>(random_ >> 40) * 0x1p-24f;  // 0 ... 1
+  const float chance = static_cast<float>(random_ >> 40) * 0x1p-24f;  // random number 0 … 1
   float x = hiss_gain_ * noise_.next();
   if (chance < droplet_probability_) x += (random_ & 1) != 0 ? droplet_gain_ : -droplet_gain_;
   return level * filtered(x);

@@ -30,26 +30,26 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip that slides over asperities at a distance of 20 µm: band-pass noise around the rate at which the tip meets
-/// them. Softer tissue damps high frequencies more.
+/// The sound of a tip that slides over asperities with a distance of 20 µm: band-pass noise around the rate at which
+/// the tip meets the asperities. Softer tissue damps high frequencies more.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
-  /// `slip`: m/s. `level`: the wanted amplitude.
+  /// Returns the next sample. `slip`: m/s, speed of sliding. `level`: wanted amplitude.
   float next(float slip, float level, Tissue tissue) noexcept;
 
  private:
   GaussianNoise noise_;
   float per_radian_;
   float low_ = 0, high_[2] = {}, damped_[2] = {};
-  std::array<float, kTissueCount> damping_;  // coefficient of the tissue's low-pass
+  std::array<float, kTissueCount> damping_;  // coefficient of each tissue's low-pass filter
 };
 
 /// A saliva ejector: noise through a resonance, modulated slowly (gurgling).
 class Suction {
  public:
   Suction(double sample_rate, std::uint64_t seed);
-  /// `level`: standard deviation of the sound.
+  /// Returns the next sample. `level`: standard deviation of the sound.
   float next(float level) noexcept;
 
  private:
@@ -64,7 +64,7 @@ class Suction {
 class Spray {
  public:
   Spray(double sample_rate, std::uint64_t seed);
-  /// `level`: standard deviation of the sound.
+  /// Returns the next sample. `level`: standard deviation of the sound.
   float next(float level) noexcept;
 
  private:

@@ -5,8 +5,8 @@
 
 namespace typodont::audio {
 
-// Scales of contact: if one of these quantities has this value, 63 % of the idle sound is replaced by the working
-// sound.
+// Typical values of a contact. If one of these quantities has its typical value, 63 % of the idle sound is replaced by
+// the working sound.
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area
 inline constexpr double kTypicalForce = 1;       // N, force
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate
@@ -15,14 +15,14 @@ inline constexpr double kBrightForce = 1.5;      // N, force at which high frequ
 inline constexpr double kBrightRemoval = 0.5e-9;
 inline constexpr double kBrightFrom = 4000;  // Hz, lower edge of the high frequencies
 
-// exponent of the idle amplitude as a power of the speed, measured on a run-down
+// exponent: the amplitude of the idle sound is proportional to this power of the speed, as measured on a run-down
 inline constexpr double kIdleExponent = 3.75;
 
-/// Fraction 0..1 of the transition from the idle to the working sound.
+/// Returns the fraction 0..1 by which the idle sound is replaced by the working sound.
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
 }
-/// Fraction 0..1 of the gain of high frequencies.
+/// Returns the fraction 0..1 of the largest gain of the high frequencies.
 inline double brightness_of(double force, double removal) noexcept {
   return 1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval));
 }

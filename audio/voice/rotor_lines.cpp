@@ -9,8 +9,9 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kHighest = 0.45;  // ratio to the sample rate; a line with a higher frequency is omitted
-constexpr int kWarmUp = 4000;      // number of values after which a process that starts from zero is stationary
+// limit of a line's frequency, as a ratio to the sample rate; a line with a higher frequency is omitted
+constexpr double kHighest = 0.45;
+constexpr int kWarmUp = 4000;  // number of values after which a process that starts from zero is stationary
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)

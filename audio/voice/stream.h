@@ -10,8 +10,9 @@
 
 namespace typodont::audio {
 
-/// Filters white noise at the model's own rate, then interpolates it to the device's rate times the playback speed. All
-/// parts of the spectrum shift together, as they do when a rotor slows down. Nothing is computed unless it is read.
+/// Filters white noise at the model's own rate, then interpolates the result to the device's rate times the playback
+/// speed. All parts of the spectrum shift together, as they do when a rotor slows down. Nothing is computed unless it
+/// is read.
 class ModelStream {
  public:
   /// `kernels` must outlive the stream and cover the highest playback speed.
@@ -28,7 +29,7 @@ class ModelStream {
   ArFilter filter_;
   GaussianNoise noise_;
   const InterpolationKernels* kernels_;
-  double step_;  // model samples per device sample at speed 1
+  double step_;  // number of model samples per device sample at speed 1
   std::vector<float> samples_;
   int filled_ = 0;
   int at_ = 0;         // index of the sample before the playback position

@@ -27,25 +27,26 @@ constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 // s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured in the same recording
-// ratio to the free speed; a larger change between two ticks is caused by switching, not by load
+// limit, as a ratio to the free speed: a larger change of the speed between two ticks is caused by switching, not by
+// load
 constexpr double kJump = 0.5;
-constexpr double kAtRest = 0.03;         // ratio to free speed below which the drill is silent
+constexpr double kAtRest = 0.03;         // limit, as a ratio to the free speed; at a lower speed the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 // N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
 constexpr double kSlowRise = 20;
-constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
+constexpr float kScrapeLevel = 0.12f;  // amplitude of the scraping sound at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
 // Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
 // dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// ratio by which the levels of water and suction change more slowly than other levels
+// rate at which the levels of water and suction change, as a ratio to the rate of all other levels
 constexpr float kWaterRate = 0.02f;
-// A working sound in bursts, one per tooth; each burst decays until the next burst. Its mean power equals the mean
-// power of the steady sound. Limits of the tooth frequency in Hz: up to kApart, all teeth are heard separately; from
-// kFused on, no tooth is.
+// If the teeth are slow, the working sound consists of bursts, one per tooth. Each burst decays until the next burst.
+// The mean power of the bursts equals the mean power of the steady sound. Limits of the tooth frequency in Hz: up to
+// kApart, all teeth are heard separately; from kFused on, the sound is steady.
 constexpr double kApart = 60, kFused = 200;
-constexpr double kDying = 6;  // number of time constants of decay between two teeth
+constexpr double kDying = 6;  // time between two teeth, in time constants of a burst's decay
 constexpr int kChunk = 64;
 
 /// Sets denormal numbers to zero during its lifetime. So a decaying filter takes no more time than a loud filter, and
@@ -93,7 +94,7 @@ float finite_or_zero(double v, double most) noexcept {
   return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, most)) : 0.0f;
 }
 
-/// Mean power of the idling drill.
+/// Returns the mean power of the idling drill.
 double idle_power(const SoundModels& models) {
   double power = power_of(models.idle);
   for (const RotorTone& tone : models.tones) power += tone.amplitude * tone.amplitude / 2;
@@ -165,7 +166,7 @@ struct DrillSynth::Impl {
     return fastest / sample_rate;
   }
 
-  /// Sample index of a time. Exact even for sessions that last months.
+  /// Returns the index of the sample at time t; exact even for sessions that last months.
   double index_of(Nanos t) const noexcept {
     const Nanos seconds = t / kNanosPerSecond;
     return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
@@ -198,7 +199,7 @@ struct DrillSynth::Impl {
     const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue has the sound of dentin
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Drill: cross-fade from the idle sound to the tissue's working sound at equal power.
+    // Drill: fades from the idle sound to the tissue's working sound at equal power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     for (std::size_t t = 1; t < weights.size(); ++t) {
@@ -265,8 +266,8 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // A level whose change has ended equals its target. This is decided for each sample, so that the result does not
-    // depend on the chunks, whose lengths follow from the caller's buffers.
+    // A level that has reached its target no longer changes. This is tested for each sample, so that the result does
+    // not depend on the lengths of the chunks, which depend on the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -278,7 +279,7 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        // speed^3.75, measured in a recorded run-down, see the README
+        // speed^3.75; the exponent was measured in a recorded run-down, see the README
         rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }
@@ -291,7 +292,7 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // the lines belong to the motor, so teeth do not interrupt them
+      // the lines come from the motor, so they continue between the bursts of the teeth
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
@@ -329,7 +330,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// The working sound in bursts, one per tooth, if the teeth are slow enough to be heard separately.
+  /// Changes the working sound to bursts, one per tooth, if the teeth are slow enough to be heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -378,7 +379,7 @@ struct DrillSynth::Impl {
   double free_speed;
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
-  std::vector<double> phases;  // turns
+  std::vector<double> phases;  // turns, phase of each tone
   const double teeth, tooth_peak;
   double tooth_phase = 0;  // fraction 0..1 of the interval from tooth to tooth
   InterpolationKernels kernels;
@@ -392,7 +393,7 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // ring buffer
+  std::vector<SoundState> pending;  // ring buffer of the states that do not yet take effect
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 

@@ -61,8 +61,8 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
-  // Tables of ticks are recognised by columns that only they have; their other columns are ignored. In a contact file
-  // every column must be known.
+  // The file is a table of ticks if it has columns that only ticks have; its other columns are ignored. In a contact
+  // file, every column must be known.
   const auto header = header_of(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {
@@ -89,7 +89,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   const auto value = [&](std::size_t row, const char* name, double fallback, double low, double high) {
     const int column = table.column(name);
     const double v = column < 0 ? fallback : table.rows[row][static_cast<std::size_t>(column)];
-    if (std::isnan(v)) return fallback;  // an empty cell
+    if (std::isnan(v)) return fallback;  // the cell is empty
     if (v < low || v > high) table.fail(row, name, fmt::format("{}", v), fmt::format("{} to {}", low, high));
     return v;
   };
@@ -132,7 +132,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
           elapsed;
       state.slip_speed = glm::length(v - n * glm::dot(v, n)) * kMillimetre;
     }
-    // In free air, forces of inertia and damping make no sound.
+    // In free air, the forces of inertia and damping make no sound, so the force counts only in contact.
     if (has_area && state.contact_area == 0 && state.removal_rate == 0) state.force = 0;
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;

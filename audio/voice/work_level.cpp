@@ -26,15 +26,15 @@ struct Power {
   }
 };
 
-/// |1 + gain (1 - low)|² at a frequency: the synthesizer adds the signal without its low frequencies, multiplied by
-/// the gain.
+/// Factor |1 + gain (1 - low)|² of the power at a frequency: the synthesizer removes the low frequencies from the
+/// signal, multiplies it by the gain, and adds it to the signal.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// Adds the power of a model that is played at `speed`; `gain` is a factor of its power.
+/// Adds the power of a model that is played at `speed`. `gain` is a factor of the model's power.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -72,8 +72,9 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // For each gain of the high frequencies, the level of the whole sound determines the gain of the working sound.
-  // Then a larger gain of the high frequencies always gives a higher level above kBrightFrom, so bisection finds it.
+  // For each gain of the high frequencies, the gain of the working sound follows from the level of the whole sound.
+  // With this rule, a larger gain of the high frequencies always gives a higher level above kBrightFrom. So bisection
+  // finds the gain.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

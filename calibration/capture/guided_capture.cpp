@@ -110,7 +110,7 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // A mark is shown on the panel if the panel is to be touched; otherwise in space, for both eyes.
+    // If the panel must be touched, a mark is shown on the panel. Otherwise a point is shown in space, for both eyes.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -140,7 +140,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
       break;
     case Step::kEyes: {
-      // Alternates between the eyes, over different depths and positions.
+      // The targets alternate between the eyes, with different depths and positions.
       const Box& box = bench_.workspace_D;
       const dvec3 wider = 0.15 * (box.high - box.low);
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // keeps these marks, because later sessions are compared with them
+      break;  // solves nothing: the marks are only stored, because later sessions are compared with them
   }
 }
 
@@ -380,7 +380,7 @@ Live GuidedCapture::judge(std::size_t index) const {
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
   // Pairs of tones: rising for a touch that was taken, falling for an undone touch, two low tones for a touch that
   // does not fit.
-  constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};  // Hz
+  constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};  // Hz, frequencies
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));
   double phase = 0;

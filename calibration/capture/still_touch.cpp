@@ -37,7 +37,7 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   while (used < count_ && back(used).t >= begin) ++used;
   // The window is complete if a sample exists before the window or at its beginning.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Sums the differences to one sample, so that the mean of equal samples is exact.
+  // Sums the differences to one of the samples. So the mean of equal samples has no rounding error.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

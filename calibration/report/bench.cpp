@@ -22,7 +22,7 @@ namespace {
 constexpr double kSigma = 2e-4;  // m, standard deviation of the noise
 constexpr double kNone = BenchRow::kNone;
 
-/// One row; `touches` counts pairs, samples, captures or corners; `time_us` is for one solution.
+/// Makes one row. `touches` counts pairs, samples, captures or corners; `time_us` is the time of one solution.
 BenchRow row(const std::string& task, const std::string& method, int touches, double error, const char* unit,
              double time_us) {
   return {.name = task + ", " + method,
@@ -35,7 +35,7 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// Makes the last row (computed with `method`) the baseline of the rows from `first` on. All these rows must have the
+/// The last row, computed with `method`, becomes the baseline of all rows from `first` on. All these rows must have the
 /// same task and size.
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
@@ -77,7 +77,7 @@ struct Pairs {
   }
 };
 
-// Mean squared distance between found and true positions, over the corners of the 80 mm cube.
+// Returns the mean squared distance (m²) between found and true positions of the corners of an 80 mm cube.
 double corner_error2(const std::function<dvec3(const dvec3&)>& found, const Pose& truth) {
   double sum = 0;
   for (int c = 0; c < 8; ++c) {
@@ -117,7 +117,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      known.known_sigma = kSigma;  // the same value is OpenCV's threshold
+      known.known_sigma = kSigma;  // OpenCV uses the same value as its threshold
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {
         const Pairs pairs(random, count, outliers);
@@ -148,8 +148,8 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
   }
 }
 
-// Standard method for comparison: cross-correlation of the sampled streams along their main axis; a parabola through
-// the peak gives the delay.
+// The standard method, for comparison: cross-correlation of the sampled streams along their main axis. A parabola
+// through the peak gives the delay.
 double correlation_delay(const Stream& a, const Stream& b, double step) {
   const auto n = static_cast<int>(std::min(a.t.size(), b.t.size()));
   const auto at = [](const Stream& s, int i) { return s.p[static_cast<std::size_t>(i)]; };
@@ -237,7 +237,7 @@ void camera_rows(std::vector<BenchRow>& rows, bool quick) {
   for (const int pictures : {6, 12}) {
     if (quick && pictures > 6) break;
     const int runs = quick ? 2 : 8;
-    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the other one
+    double ours = 0, theirs = 0;  // sums of squared errors of our solver and of the solver for comparison
     std::vector<double> our_time, their_time;
     int corners = 0;
     for (int run = 0; run < runs; ++run) {

@@ -43,8 +43,8 @@ std::vector<std::string> header_of(const std::filesystem::path& file) {
   return {};
 }
 
-/// Three columns of lengths with the same unit, "hx" to "hz". The unit is metres if one of the columns is named so in
-/// the header.
+/// Three columns of lengths with the same unit, for example "hx" to "hz". The unit is metres if the header names one of
+/// these columns with the ending _m.
 struct LengthColumns {
   std::array<std::string, 3> names;
   double unit = kMillimetre;
@@ -90,7 +90,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // These additional columns are written to the same file by guided capture.
+  // Guided capture writes these additional columns to the same file.
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
@@ -173,7 +173,7 @@ std::vector<dvec3> read_points(const std::filesystem::path& file) {
 
 namespace {
 
-/// 6×6 covariance of rotation (rad) and translation, with lengths converted from m to mm.
+/// Returns the 6×6 covariance of rotation (rad) and translation, with lengths converted from m to mm.
 Value covariance_value(const std::array<double, 36>& covariance) {
   Value rows = Value::array();
   for (std::size_t i = 0; i < 6; ++i) {

@@ -175,13 +175,13 @@ RigFile::RigFile(RigFile&&) noexcept = default;
 RigFile::~RigFile() = default;
 
 RigFile RigFile::load(const std::filesystem::path& file) {
-  const Json checked = Json::load(file);  // throws errors with exact places for invalid JSON
+  const Json checked = Json::load(file);  // throws an error with the exact position if the JSON is invalid
   if (!checked.is_object()) checked.fail("a rig: an object");
   auto document = std::make_unique<Document>();
   document->file = file;
   document->root = Value::parse(checked.text());
   RigFile rig(std::move(document));
-  rig.bench();  // reports bad values now, before the user has touched points for an hour
+  rig.bench();  // reports bad values now and not after an hour of touching points
   return rig;
 }
 

@@ -149,7 +149,8 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
-    // A dot that this eye should see at a point of the workspace. The user covers the dot with the tip at that depth.
+    // Shows a dot that this eye should see at a point of the workspace. The user holds the tip at this depth, so that
+    // it covers the dot.
     EyeCapture capture;
     capture.right = i % 2 == 1;
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);

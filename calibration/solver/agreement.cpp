@@ -17,7 +17,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Edge of a cube that is as large as the region filled by the points; flat sets count as a cube of their extent.
+// Returns the edge of a cube that is as large as the region filled by the points. For a flat set, this is its extent.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -30,9 +30,9 @@ double extent(Points points) {
 // within the k-th residual.
 class Consensus {
  public:
-  /// `sigma`: the random points are normally distributed with this standard deviation; if it is 0, they fill the cube
-  /// around all points. In a normal distribution, agreement tighter than a thirtieth of sigma is not counted, because
-  /// pairs that coincide to the last digit result from quantisation.
+  /// `sigma`: m, standard deviation of the random points, which are normally distributed; 0: the random points fill the
+  /// cube around all points. In a normal distribution, a residual below a thirtieth of sigma is not counted as better,
+  /// because pairs that coincide to the last digit result from quantisation.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
@@ -58,11 +58,11 @@ class Consensus {
     }
   }
 
-  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but loosely. So the search
-  /// examines the found set for a core that is far tighter than expected by chance in a normal distribution of that
-  /// size, and restarts from this core. If more than half of all pairs agree more closely than this consensus, these
-  /// pairs are the result. Fewer than half of the pairs cannot prevent that, however wrong they are (least trimmed
-  /// squares).
+  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but less closely. So the search
+  /// examines whether the found set contains a core that agrees far more closely than expected by chance in a normal
+  /// distribution of the set's size, and restarts from this core. If more than half of all pairs agree more closely
+  /// than this consensus, these pairs are the result. Wrong pairs cannot prevent this while they are fewer than half
+  /// (least trimmed squares).
   Agreement find() const {
     Agreement best = find_core();
     // A spread below 1e-9 of the coordinates is rounding error, which is not normally distributed. In this case no
@@ -96,12 +96,12 @@ class Consensus {
 
   /// Finds the pairs that agree, in three stages.
   /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best.
-  /// It
-  ///    starts from the best of all triples tried, fits, keeps the half with the smallest residuals, and repeats.
-  /// 2. A forward search (Atkinson & Riani 2000) adds one pair after the other, the one with the smallest residual
-  ///    first. It stops when the next residual exceeds the noise of the pairs that it holds. The noise of the first
-  ///    half is an underestimate, which does no harm: the residuals of a ball cut out of a normal distribution end
-  ///    at 2.3 of their own standard deviations at most, so that the next pair still passes.
+  /// The stage starts from the best of all triples tried. It fits a motion, keeps the half with the smallest residuals,
+  /// and repeats.
+  /// 2. A forward search (Atkinson & Riani 2000) adds the pair with the smallest residual, again and again. It stops
+  /// when the next residual exceeds the noise of the pairs in the set. The first half consists of the smallest
+  /// residuals, so its noise is underestimated. This does not stop the search: in the central part of a normal
+  /// distribution, the largest residual is at most 2.3 standard deviations of this part, so the next pair still passes.
   /// 3. All pairs within the noise of the final set are taken.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
@@ -201,8 +201,8 @@ class Consensus {
       }
       return;
     }
-    // If 30 % of the pairs are good, one triple in 37 is good; 1500 triples miss all good triples with probability
-    // 1e-18. Once many pairs agree, fewer triples are needed for a probability of 1e-9.
+    // If 30 % of the pairs are good, one triple in 37 consists of good pairs. The probability that 1500 triples contain
+    // no such triple is 1e-18. Once many pairs agree, fewer triples are needed for a probability of 1e-9.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -228,8 +228,8 @@ class Consensus {
     return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  // Histogram with four bins per octave, computed from the bits of the number, because sorting would take most of the
-  // time.
+  // Bin of a histogram with four bins per octave, computed from the bits of the number. Sorting the numbers instead
+  // would take most of the time.
   static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
 
   std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
@@ -278,8 +278,9 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Fits again and adds all pairs within the noise of the fit until nothing changes. If the set is too small at
-  // first, the threshold grows with it: a ball of radius tσ in a normal distribution has an rms of at least tσ/√5.
+  // Fits again and adds all pairs within the noise of the fit, until nothing changes. If the set is too small at first,
+  // the threshold grows together with the set: a ball of radius tσ in a normal distribution has an rms of at least
+  // tσ/√5.
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -301,7 +302,8 @@ class Consensus {
     return fit;
   }
 
-  static constexpr double kArithmetic = 1e5;  // limit of a residual, as a multiple of the rounding error
+  // limit of a residual that is caused by rounding, as a multiple of the rounding error
+  static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
   std::size_t n_;
@@ -333,7 +335,7 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all` is the fit to all pairs. Sets smaller than `least` are not needed.
+  /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // The probability of missing four good pairs among sixteen is 1e-9; if there are few pairs, all triples are
@@ -351,7 +353,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // If the pairs of a triple all agree already, the triple would give the same result again.
+      // If all three pairs already agree with the best motion, this triple would give the same result again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -373,7 +375,7 @@ class KnownNoise {
   }
 
  private:
-  // SplitMix64, because seeding a standard generator takes longer than this whole computation.
+  // Random numbers by SplitMix64, because seeding a standard generator takes longer than this whole computation.
   std::size_t random_index(std::uint64_t& state) const {
     std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -385,8 +387,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Sum of the squared residuals, m², each limited to that of a pair at the limit (Torr & Zisserman 2000). If pairs
-  /// were only counted, wrong pairs near their true positions could shift the motion.
+  /// Sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr & Zisserman
+  /// 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {

@@ -16,18 +16,18 @@ using Indices = std::vector<std::size_t>;
 /// The least-squares motion for some of the pairs.
 struct Fit {
   Pose X_DH;
-  Indices pairs;   // ascending
-  double sse = 0;  // m²
+  Indices pairs;   // indices of the pairs, ascending
+  double sse = 0;  // m², sum of the squared residuals
 };
 Fit fit_to(Points p_H, Points p_D, Indices pairs);
 
-/// Noise per axis, m, from the residuals of a fit of at least four pairs.
+/// Returns the noise per axis (m), estimated from the residuals of a fit of at least four pairs.
 double sigma_of(const Fit& fit);
 
-/// Number of pairs that lie within `limit` (m) of their position under the motion.
+/// Returns the number of pairs that lie within `limit` (m) of their position under the motion.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
-/// Rounding error of the points' coordinates in double precision, m.
+/// Returns the rounding error (m) of the points' coordinates in double precision.
 double rounding_of(Points p_H, Points p_D);
 
 /// The largest set of agreeing pairs, and the expected number of equally good sets that arise by chance.

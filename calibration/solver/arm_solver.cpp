@@ -137,7 +137,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // A socket is an unknown point, a plate an unknown pose.
+  // The position of a socket is unknown, and so is the pose of a plate.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -198,10 +198,10 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the arm's parameters alone. For each candidate arm, the best sockets and plates are computed
-  // (variable projection); so the Jacobian is projected onto the complement of the columns of sockets and plates. A
-  // prior keeps undetermined parameters at their nominal values; its mean is the nominal geometry, its standard
-  // deviations are the plausible errors.
+  // Gauss–Newton iteration for the arm's parameters alone. For each candidate arm, the best sockets and plates are
+  // computed (variable projection); so the Jacobian is projected onto the complement of the columns of sockets and
+  // plates. A prior keeps undetermined parameters at their nominal values: its mean is the nominal geometry, and its
+  // standard deviations are the plausible errors.
   MatrixXd open_axes;
   // covariance of the parameters, each divided by its scale
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
@@ -239,7 +239,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // A direction is determined if its standard deviation is below a third of its plausible error.
+    // A direction (a combination of parameters) is determined if its standard deviation is below a third of its
+    // plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
@@ -260,7 +261,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // Sets a lower limit of the noise, because exact data must not determine directions that only rounding affects.
+    // Sets a lower limit of the noise. Without it, rounding errors of exact data would seem to determine some
+    // directions.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
@@ -300,7 +302,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Names the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
+  // Describes the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

@@ -44,7 +44,7 @@ struct Turn {
   explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
     ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // R is column-major, as in Eigen
   }
-  /// Derivative d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
+  /// Returns the derivative d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
   Matrix3d derivative(const Vector3d& p) const {
     const double w2 = w_.squaredNorm();
     if (w2 < 1e-16) return -cross_matrix(p);
@@ -204,7 +204,7 @@ Eigen::Matrix3d homography(const Planar& points) {
   return to * H * from;
 }
 
-// Pose of the plane relative to the camera, from its homography (Zhang 2000, section 3.1).
+// Returns the pose of the plane relative to the camera, computed from its homography (Zhang 2000, section 3.1).
 Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   Eigen::Matrix3d K;
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
@@ -233,8 +233,8 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Covariance of the last `wanted` unknowns of `order` (tangent coordinates for manifolds). Returns false if the
-// residuals do not determine all unknowns.
+// Computes the covariance of the last `wanted` unknowns of `order` (in tangent coordinates for manifolds). Returns
+// false if the residuals do not determine all unknowns.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -300,7 +300,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Fits the plane of the touched points, if they lie in one; it gives the first camera poses.
+  // If the touched points lie in a plane, fits this plane, which gives the first camera poses.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -384,8 +384,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // The panel and its reflection are both planes in front of the camera; the mirror lies half-way between
-    // corresponding corners of these planes.
+    // The panel and its reflection are both planes in front of the camera. The mirror lies half-way between a corner
+    // and the reflection of this corner.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -436,8 +436,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The initial guess is accurate enough for full steps; with a smaller trust region, twice as many iterations were
-  // needed.
+  // The first steps are not limited, because the initial guess is accurate enough. With a smaller trust region, twice
+  // as many iterations were needed.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
@@ -445,9 +445,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.function_tolerance = 1e-8;  // relative tolerance of chi-squared: a hundredth of the smallest sigma
   ceres::Solve(solver, &problem, &summary);
 
-  // The requested unknowns, whose uncertainty is computed, come last in the normal equations, so that only the last
-  // block of the Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the
-  // solution.)
+  // The unknowns whose uncertainty is requested come last in the normal equations. So only the last block of the
+  // Cholesky factor is needed. (Ceres' own covariance, by QR of all unknowns, took as long as the solution.)
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());

@@ -1,6 +1,7 @@
-// The sparser stream is interpolated at the times of the denser one. Least squares would bias the delay towards half
-// samples, where interpolated noise is smallest. To avoid this bias, an instrumental variable without that noise is
-// used: the slope of the denser stream without its central sample. The estimate reaches the bound σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards half
+// samples, where the noise of the interpolated stream is smallest. To avoid this bias, the solver uses an instrumental
+// variable that does not contain this noise: the slope of the denser stream without its central sample. The variance of
+// the estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -88,7 +89,7 @@ struct Interpolated {
   double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
 };
 
-// Interpolates by the Lagrange polynomial through the six samples around u; returns nothing across a gap.
+// Interpolates by the Lagrange polynomial through the six samples around u. Returns no value across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -129,7 +130,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// Slope of the stream at sample k, computed from ±m samples without sample k itself.
+// Computes the slope of the stream at sample k from the samples k ± 1 … k ± m, without sample k itself.
 bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return false;
   double mean_t = 0;
@@ -151,8 +152,8 @@ bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   return true;
 }
 
-// Sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise have the
-// variance 70 σ².
+// Estimates the sensor noise per axis. Fourth differences of a smooth motion vanish; fourth differences of white noise
+// have the variance 70 σ².
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -165,7 +166,7 @@ double noise_of(const Track& track) {
 }
 
 struct Shift {
-  double u = 0;     // s, shift; query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s, shift of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s, difference of the clocks' rates
 };
 
@@ -179,7 +180,7 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
+  /// Returns the mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -211,13 +212,13 @@ class Matcher {
     Shift shift;
     Pose X;  // pose of the sparse stream's frame in the query stream's frame
     double variance_u = 0, covariance = 0, variance_rate = 0;
-    double residual2 = 0;  // m², mean per axis
+    double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
     int samples = 0, rejected = 0;
     bool determined = false;
   };
 
-  /// Instrumental-variable estimate from an initial value near the minimum.
+  /// Computes the instrumental-variable estimate from an initial value near the minimum.
   Solution solve(Shift shift, bool rotate, bool skew, double horizon) const {
     const double stop = start_ + horizon, middle = 0.5 * (start_ + std::min(end_, stop));
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
@@ -256,7 +257,8 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // The model X s(t - u - rate dt) changes by -v du, -v dt drate, +1 dp, θ × (at - centre).
+          // Derivatives of the model X s(t - u - rate dt): -v for the shift u, -v dt for the rate, 1 for the
+          // translation p, and θ × (at - centre) for a rotation θ.
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -304,7 +306,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Excludes glitches beyond 7σ; σ comes from the median.
+        // Excludes glitches with residuals above 7σ, where σ is estimated from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -363,7 +365,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // delay = sign · u
+  const double sign = a_asks ? -1 : 1;  // the delay is sign · u
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {
@@ -480,7 +482,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // White noise enters through the samples of both streams.
+  // The residual contains white noise of both streams. `fraction`: the part that comes from the sparse stream.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {

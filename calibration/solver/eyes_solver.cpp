@@ -77,7 +77,7 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  // the median of |normal| in three dimensions
+  // 1.5382 is the median of |x| for a normally distributed vector x in three dimensions
   const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());

@@ -8,8 +8,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Eigenvector for the largest eigenvalue of a symmetric 4×4 matrix, by cyclic Jacobi rotations. For the rare cases in
-// which Newton's method has a double root.
+// Computes the eigenvector for the largest eigenvalue of a symmetric 4×4 matrix by cyclic Jacobi rotations. Used only
+// in the rare cases in which Newton's method has a double root.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -126,8 +126,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // Two Newton steps on the rotation give full precision, which the polynomial cannot give. They maximise
-  // tr(exp(-[δ]) B), B = M Rᵀ, with the stationary point (tr B - sym B) δ = axial(B).
+  // Two Newton steps on the rotation give full precision, which the polynomial cannot give. The steps maximise
+  // tr(exp(-[δ]) B) with B = M Rᵀ; the maximum fulfils (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];
@@ -139,7 +139,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     const double a = trace - B[0][0], b = trace - B[1][1], c = trace - B[2][2];
     const double d = -0.5 * (B[0][1] + B[1][0]), e = -0.5 * (B[0][2] + B[2][0]), f = -0.5 * (B[1][2] + B[2][1]);
     const double det = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
-    if (!(det > 1e-12)) break;  // the rotation is undetermined: nothing to refine
+    if (!(det > 1e-12)) break;  // the rotation is undetermined, so nothing can be refined
     const dvec3 delta((w.x * (b * c - f * f) + w.y * (e * f - d * c) + w.z * (d * f - b * e)) / det,
                       (w.x * (e * f - d * c) + w.y * (a * c - e * e) + w.z * (d * e - a * f)) / det,
                       (w.x * (d * f - b * e) + w.y * (d * e - a * f) + w.z * (a * b - d * d)) / det);

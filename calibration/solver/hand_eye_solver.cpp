@@ -161,9 +161,9 @@ class Solver {
     return r;
   }
 
-  // Least squares without noise model. Rotation (Shah 2013): R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ). Without
-  // the constraint that they are rotations, they are the first singular vectors of Σ R_B ⊗ R_A; for motions, its
-  // first eigenvector.
+  // Solves by least squares without a noise model. Rotation (Shah 2013): R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ).
+  // If they need not be rotations, the solution consists of the first singular vectors of Σ R_B ⊗ R_A; for motions, of
+  // its first eigenvector.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -206,7 +206,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// m², squared distance that combines rotation and translation.
+  /// Returns the squared distance (m²), which combines rotation and translation.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
@@ -229,9 +229,9 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: the half of the rows that agree best. The search starts from random triples of rows (for
-  // motions, pairs would suffice, but a third row costs little). Concentration steps refine the best triples until
-  // they do not change.
+  // Least trimmed squares: finds the half of the rows that agree best. The search starts from random triples of rows.
+  // (For motions, pairs would be sufficient, but a third row costs little.) Concentration steps refine the best triples
+  // until they do not change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -254,7 +254,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Expected largest distance in the half if all rows are good; used as scale.
+    // Scale: the expected largest distance in the half if all rows are good.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -283,8 +283,8 @@ class Solver {
     return rows;
   }
 
-  /// Covariance of the noise from the residuals. For few rows: one variance for rotation and one for translation. For
-  /// many rows: all 21 elements, including the lever between S and M.
+  /// Estimates the covariance of the noise from the residuals. For few rows: one variance for rotation and one for
+  /// translation. For many rows: all 21 elements, including the effect of the lever between S and M.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -362,7 +362,7 @@ class Solver {
                   scale.asDiagonal();
   }
 
-  // Range of the arm's rotation, from the second moment of the rotation vectors between its poses, in S.
+  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -430,8 +430,8 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The most frequent mistake is an inverted tracker pose: tracker in marker instead of marker in tracker. So the
-      // inverted poses are also tried.
+      // The most frequent mistake is an inverted tracker pose: the pose of the tracker in the marker's frame instead of
+      // the pose of the marker in the tracker's frame. So the solver also tries the inverted poses.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

@@ -35,14 +35,14 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// Derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its angular
-/// velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+/// Returns the derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its
+/// angular velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// closest_point(), and its derivatives with respect to left eye, left dot, right eye, right dot.
+/// Computes closest_point(), and its derivatives with respect to left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;
@@ -116,8 +116,8 @@ class Model {
     VectorXd scale = VectorXd::Constant(layout_.size, 0.02);
     const auto arm = arm_parameter_scales();
     for (std::size_t i = 0; i < arm.size(); ++i) scale[static_cast<Eigen::Index>(i)] = arm[i];
-    scale.segment<3>(layout_.panel + 3).setConstant(0.1);  // rad
-    scale.segment<2>(layout_.mirror).setConstant(0.1);     // rad
+    scale.segment<3>(layout_.panel + 3).setConstant(0.1);  // rad, scale of the panel's rotation
+    scale.segment<2>(layout_.mirror).setConstant(0.1);     // rad, scale of the mirror's tilt
     return scale;
   }
 
@@ -149,7 +149,7 @@ class Model {
     return {0.5 * (l + r), glm::length(r - l), glm::normalize(r - l)};
   }
 
-  /// Indices of the unknowns that a block depends on.
+  /// Returns the indices of the unknowns on which a block depends.
   std::vector<Eigen::Index> unknowns(std::size_t block) const {
     std::vector<Eigen::Index> list;
     const auto range = [&](Eigen::Index first, Eigen::Index count) {
@@ -168,7 +168,7 @@ class Model {
     return list;
   }
 
-  /// Residual of a block, and its derivatives with respect to the block's unknowns, in their order.
+  /// Computes the residual of a block and its derivatives, in the order of unknowns(block).
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -279,7 +279,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// Derivative of the mirror's normal with respect to its two tilts.
+  /// Returns the derivatives of the mirror's normal with respect to its two tilts.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);
@@ -378,7 +378,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Decreases gradually, so that a touch that has not yet converged does not count as an outlier.
+      // The noise may only decrease gradually, so that a touch that has not yet converged does not count as an outlier.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

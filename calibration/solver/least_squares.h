@@ -1,4 +1,4 @@
-// Gauss–Newton for the small problems of this module: numeric Jacobian, scaled columns, outlier rejection,
+// Gauss–Newton solver for the small problems of this module: numeric Jacobian, scaled columns, outlier rejection,
 // covariance, and undetermined directions. Only for the .cpp files of this module.
 #pragma once
 

@@ -110,7 +110,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // Two shifted sets differ most along the main direction of the residuals.
+  // If the pairs follow two motions that are shifted against each other, their residuals differ most along the main
+  // direction of all residuals.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -119,8 +120,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs of one motion determine this motion. At least one triple in four consists of pairs of one motion. If
-  // there are few pairs, all triples are tried; otherwise 48 triples.
+  // Three pairs that follow the same motion determine it. At least one triple in four consists of such pairs. If there
+  // are few pairs, all triples are tried; otherwise 48 triples.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -145,9 +146,9 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Compares the improvement by two motions with chance. For a single normal distribution and a given split, the
-  // ratio of the residual sums is Beta((3m-12)/2, 3); with known noise, the difference is chi-squared with 6 degrees
-  // of freedom. The probability is multiplied by the number of splits.
+  // Computes the probability that two motions improve the fit so much by chance. For a single normal distribution and a
+  // given split, the ratio of the residual sums is distributed as Beta((3m-12)/2, 3); with known noise, the difference
+  // is chi-squared with 6 degrees of freedom. The probability is multiplied by the number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);
@@ -161,8 +162,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Noise that is larger in one direction is not a second motion: two round distributions must explain the residuals
-    // better than one elongated distribution.
+    // If noise is larger in one direction, it could look like two motions. So two round distributions must explain the
+    // residuals better than one elongated distribution.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

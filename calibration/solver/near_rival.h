@@ -17,14 +17,14 @@ struct Split {
   double log_nfa = 0;  // logarithm of the expected number of equally good splits of one normal distribution
 };
 
-/// The best division of `pairs` into two sets with separate rigid motions, if this division explains the pairs better
-/// than one motion with noise (also with noise that is larger in some directions). `known_sigma`: m per axis, 0:
-/// estimated. `rounding`: m.
+/// Finds the best division of `pairs` into two sets with separate rigid motions. Returns it only if it explains the
+/// pairs better than one motion with noise (also with noise that is larger in some directions). `known_sigma`: m per
+/// axis, known noise; 0: the noise is estimated. `rounding`: m, rounding error of the coordinates.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 
-/// Assigns each of all pairs to the nearer motion if the pair is within `limit` (m) of it, and fits both motions
-/// again until nothing changes. Returns the expected number of pairs that noise assigned to the wrong motion.
+/// Assigns every pair within `limit` (m) of a motion to the nearer of the two motions, and fits both motions again,
+/// until nothing changes. Returns the expected number of pairs that noise assigned to the wrong motion.
 double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

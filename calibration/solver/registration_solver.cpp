@@ -29,7 +29,7 @@ constexpr double kSplitChance = 1e-3;
 // Upper limit of the ratio of the noise with the added pairs to the noise without them; wrong pairs exceed this
 // limit.
 constexpr double kNoNoisier = 1.5;
-constexpr double kUndetermined = 1e16;  // condition number beyond double precision
+constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
 Vector3d eigen(const dvec3& v) {
@@ -48,8 +48,8 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 struct Scatter {
-  Vector3d values;  // ascending: sums of squares along each principal axis
-  Matrix3d axes;    // columns, in H
+  Vector3d values;  // sums of squares along each principal axis, ascending
+  Matrix3d axes;    // principal axes in H, one per column
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -60,8 +60,8 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Eigenvalues far below the largest one are lost in rounding, so they are computed again from the extent across the
-  // main axis.
+  // Eigenvalues far below the largest eigenvalue are inaccurate due to rounding. So they are computed again from the
+  // extent perpendicular to the main axis.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -71,7 +71,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Second moment, m², of a uniformly filled box about the centroid.
+/// Second moment (m²) of a uniformly filled box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -115,7 +115,7 @@ class Registration {
     return rest;
   }
 
-  // Limit of the residual of a good pair.
+  // Returns the limit (m) of the residual of a good pair.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -132,7 +132,8 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds all pairs within `limit` (m) of the motion of `fit`, and fits again, until nothing changes.
+  // Adds all pairs whose residual under the motion of `fit` is below `limit` (m), and fits again, until nothing
+  // changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -145,15 +146,15 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival if many pairs would follow it (pairs that
-  // follow both motions count, too), or if it is so near that some pairs may be assigned wrongly. Otherwise its pairs
-  // are outliers.
+  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: many pairs could follow it (a
+  // pair that could follow both motions counts, too), or it is so near that some pairs may be assigned wrongly.
+  // Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Good pairs that happen to be nearer to the second motion still belong to the first motion, unless wrong pairs
-    // would be included with them; this would increase the noise.
+    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion, unless this
+    // increases the noise, because then wrong pairs would be added, too.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -174,8 +175,8 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs can also look like a second motion. If these wrong pairs are excluded, all other pairs have
-      // the same motion.
+      // A few wrong pairs can also look like a second motion. In this case, all other pairs follow one motion after the
+      // wrong pairs are excluded.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -188,16 +189,17 @@ class Registration {
     }
   }
 
-  // Finds other motions with which pairs agree.
+  // Finds other motions with which several pairs agree.
   void find_rivals() {
     Indices rest = outliers();
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // if the noise is known, four agreeing pairs are significant
+      // limit of the probability that the agreement is due to chance; if the noise is known, the limit is higher, so
+      // that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // A loose agreement is the effect of wrong touches near their true positions, not of a second motion.
+      // If the pairs agree only loosely, they are wrong touches near their true positions, not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -209,8 +211,8 @@ class Registration {
     }
   }
 
-  // Three agreeing outliers are not significant against chance alone. But if they agree within the noise of the other
-  // pairs, and three in ten pairs would follow their motion, the result is reported as doubtful.
+  // Three outliers can agree by chance. But if they agree within the noise of the other pairs, and three in ten pairs
+  // would follow their motion, the result is reported as doubtful.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -245,8 +247,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom, the residuals can be small by chance. So the largest noise that they do not
-    // exclude (95 %) is used.
+    // With few degrees of freedom, the residuals can be small by chance. So the computation uses the largest noise with
+    // which the residuals are compatible at a confidence of 95 %.
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -292,7 +294,7 @@ class Registration {
     }
   }
 
-  // Tests whether the data contradict every rigid motion: a mirror image, or other units.
+  // Tests whether no rigid motion can explain the data, because D is a mirror image or has another unit of length.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -367,16 +369,17 @@ class Registration {
   Points p_H_, p_D_;
   const RegistrationOptions& options_;
   std::size_t n_;
-  double rounding_;  // m
+  double rounding_;  // m, rounding error of the coordinates
   Indices everyone_;
   RegistrationResult result_;
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;                              // m, rms along the principal axes, ascending
-  double noise_ = 0;                             // m per axis, largest noise that the residuals do not exclude
-  bool coincident_ = false, collinear_ = false;  // the points coincide, or lie on a line, within rounding errors
-  int undetermined_ = 0;                         // number of undetermined rotations
+  Vector3d spread_;   // m, rms extent of the points along the principal axes, ascending
+  double noise_ = 0;  // m per axis, largest noise with which the residuals are compatible
+  // true if all points coincide, or lie on a line, within rounding errors
+  bool coincident_ = false, collinear_ = false;
+  int undetermined_ = 0;  // number of undetermined rotations
 };
 
 }  // namespace
@@ -429,8 +432,8 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared TRE for σ = 1. A small ridge makes the first touches comparable, although they determine no
-    // rotation.
+    // Mean squared target error for σ = 1. The first touches do not determine a rotation. A small ridge term makes them
+    // comparable nevertheless.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

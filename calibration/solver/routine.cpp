@@ -18,8 +18,9 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// The X_WH that places touches at the panel's marks. (Registration changes X_WH so that a point is felt where it is
-// seen, which includes this user's offset; the true position of the tip follows from the marks touched on the panel.)
+// Returns the X_WH with which the touches lie on the panel's marks. (Registration changes X_WH so that a point is felt
+// where it is seen, which includes this user's offset. The true position of the tip follows from the marks that were
+// touched on the panel.)
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)

@@ -15,19 +15,19 @@ namespace typodont::calibration {
 
 namespace {
 
-// Rotation vector, translation, and the offset between the surfaces.
+// The unknowns: rotation vector, translation, and the offset between the surfaces.
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-constexpr double kFaces = 0.5;    // lower limit of the cosine between the normals of the two surfaces
-constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
+constexpr double kFaces = 0.5;    // lower limit of the cosine of the angle between the normals of both surfaces
+constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
 constexpr double kShrink = 0.8;        // factor by which the robust limit decreases in each round
 constexpr double kStill = 1e-7;        // m, convergence tolerance: a shorter step ends the iteration
-constexpr double kOffsetRidge = 1e-3;  // ridge that keeps the offset determined where no two walls face each other
+constexpr double kOffsetRidge = 1e-3;  // ridge term that determines the offset if no two walls face each other
 
 Eigen::Vector3d eigen(const dvec3& v) {
   return {v.x, v.y, v.z};
@@ -51,7 +51,7 @@ double quantile(std::vector<double> values, double share) {
 /// A point of S that lies near D.
 struct Residual {
   std::size_t point;
-  double distance;  // m, signed
+  double distance;  // m, signed distance of the point from D
   dvec3 p_D, n_D;
 };
 
@@ -90,7 +90,7 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points near D, and their residuals.
+  /// Finds the points of S near D, and their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -104,7 +104,7 @@ class SurfaceFit {
     }
   }
 
-  /// The robust limit, computed from the median residual of the points within the present limit.
+  /// Returns the robust limit (m), computed from the median residual of the points within the present limit.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -138,7 +138,7 @@ class SurfaceFit {
     return H;
   }
 
-  /// One Gauss–Newton step. Returns its length, m.
+  /// Makes one Gauss–Newton step. Returns the length of the step, m.
   double move() {
     Vector7 g = Vector7::Zero();
     double total = 0;
@@ -171,8 +171,8 @@ class SurfaceFit {
     result_.median = quantile(agreeing, 0.5);
     result_.most_of = quantile(agreeing, 0.95);
 
-    // "Sandwich" estimator: the scores of all points in a cell are summed first, so that correlated residuals count
-    // once.
+    // Cluster-robust "sandwich" estimator: the contributions of all points in a cell are summed first, so that
+    // correlated residuals count only once.
     std::map<std::tuple<int, int, int>, Vector7> cells;
     for (const Residual& r : residuals_) {
       const dvec3 cell = glm::floor(points_[r.point].p_S / options_.correlation);
@@ -235,7 +235,7 @@ class SurfaceFit {
     }
   }
 
-  // m, limit of the distance from the start; neighbouring teeth are at least 5 mm apart
+  // m, limit of the displacement from the initial pose; neighbouring teeth are at least 5 mm apart
   static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
@@ -244,7 +244,7 @@ class SurfaceFit {
   dvec3 centroid_S_{0};
   double radius_ = 0;  // m, rms distance of the points from their centroid
   Pose X_;
-  double offset_ = 0, limit_ = 0;  // m
+  double offset_ = 0, limit_ = 0;  // m, offset between the surfaces; robust limit of the residuals
   std::vector<Residual> residuals_;
   bool undetermined_ = false;
   SurfaceRegistration result_;

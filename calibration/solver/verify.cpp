@@ -13,7 +13,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// The basis 1, x, y, z, x², y², z², xy, xz, yz on the workspace scaled to ±1.
+// Returns the basis functions 1, x, y, z, x², y², z², xy, xz, yz at a point of the workspace, which is scaled to ±1.
 Eigen::VectorXd basis(const dvec3& p, const Box& box, int order) {
   const dvec3 q = (p - 0.5 * (box.low + box.high)) / glm::max(0.5 * (box.high - box.low), dvec3(1e-9));
   Eigen::VectorXd b(order == 0 ? 1 : order == 1 ? 4 : 10);
@@ -62,8 +62,8 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // The ridge is far below the information of one touch. It keeps a flat set of points from extrapolating wildly
-    // across its plane.
+    // The ridge term is far below the information of one touch. If all points lie in a plane, it prevents extreme
+    // values of the field away from this plane.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;

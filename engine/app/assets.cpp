@@ -39,8 +39,8 @@ fs::path assets_folder() {
     }
     return set;
   }
-  // A build has build/release/typodont, with assets/ two levels up; an installation has bin/typodont or
-  // lib/libtypodont.so, with share/typodont/assets.
+  // From a build folder, the program is build/release/typodont, and assets/ lies two levels above. In an installation,
+  // it is bin/typodont or lib/libtypodont.so, and the assets are in share/typodont/assets.
   const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
@@ -53,8 +53,8 @@ fs::path assets_folder() {
 
 namespace {
 
-/// `file` itself if it exists, otherwise the file of this name in assets/KIND/. Throws Error; `noun` names the kind
-/// in the message: "rig", "scene".
+/// Returns `file` if it exists, otherwise the file of this name in assets/KIND/. Throws Error. `noun` is the name of
+/// the kind in the message, for example "rig".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;
@@ -104,7 +104,7 @@ fs::path user_folder() {
 
 namespace {
 
-/// True if `path` lies in `folder` after following all links, also those in the existing part of `path`.
+/// True if `path` lies in `folder`. Symbolic links are followed, also if only the first folders of `path` exist.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;
   const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
@@ -114,7 +114,8 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// True if `path` lies in `folder` by its name, without following links; links inside the assets are trusted.
+/// True if the text of `path` begins with the text of `folder`. Symbolic links are not followed, because links inside
+/// the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
@@ -143,7 +144,7 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // Refuses "../../x" and links that lead out of the folder.
+    // Refuses paths such as "../../x", and symbolic links to files outside the folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

@@ -1,4 +1,4 @@
-// Finds the shipped files (assets/) and the files that a scene names.
+// Functions that find the shipped files (assets/) and the files that a scene names.
 #pragma once
 
 #include <filesystem>
@@ -9,32 +9,34 @@
 
 namespace typodont {
 
-/// Folder of the shipped assets: $TYPODONT_ASSETS; if it is not set, beside the program or library, or in the source
-/// tree. Throws Error.
+/// Returns the folder of the shipped assets. It is $TYPODONT_ASSETS; if this variable is not set, the folder beside the
+/// program or library, or the folder in the source tree. Throws Error.
 std::filesystem::path assets_folder();
 /// Folders in which the files that a scene names are searched.
 struct ScenePlace {
-  std::filesystem::path beside;  // relative paths are searched here first, then in assets/
-  // folders; a file must lie in one of them or in assets/, after following links; empty: no restriction
+  std::filesystem::path beside;  // folder in which relative paths are searched first; after it, assets/ is searched
+  // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
+  // folder is allowed.
   std::vector<std::filesystem::path> within;
-  int recordings = 0;  // length of the chain of recordings, each resumed by the next one, that leads to the scene
+  int recordings = 0;  // number of recordings that were resumed one after another to reach this scene; it is limited
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Resolves a path from a scene: relative to `place`, then to assets/. If neither path exists, throws Error that
-/// names both. Also throws if the path lies outside the allowed folders; in this case it does not check if the file
-/// exists.
+/// Finds a file that a scene names. The path is searched relative to `place` first, then relative to assets/. Throws
+/// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the function
+/// does not check if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// The user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
-/// Path of a rig: `rig` is a file or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
+/// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
-/// Path of a scene: `scene` is a file or the name of a scene in assets/scenes/, for example "molar-caries". Throws
-/// Error; if `scene` is a folder, a scan, a mesh, a volume or a session, the message names the command that opens it.
+/// Finds a scene file. `scene` is a path, or the name of a scene in assets/scenes/, for example "molar-caries". Throws
+/// Error. If `scene` is another input (a folder, a scan, a mesh, a volume or a session), the message names the command
+/// that opens it.
 std::filesystem::path find_scene(const std::string& scene);
-/// Path of assets/KIND/NAME.json; a kind is for example "tools". Throws Error that lists the available names.
+/// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);
 
 }  // namespace typodont

@@ -22,7 +22,7 @@ using display::BenchPlan;
 using display::BenchSpec;
 
 constexpr double kPoint = 72 / 25.4;                             // points per millimetre of paper
-constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // A4, landscape
+constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
 constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
 
 struct Colour {
@@ -40,7 +40,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// A page with coordinates in points, y down.
+/// A page of the drawing. Coordinates are in points, and y points down.
 class Page {
  public:
   Page(std::string& bytes, FileKind kind)
@@ -85,8 +85,8 @@ class Page {
     cairo_text_extents(get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// Draws text on a white background, so that lines do not cross it. `align`: 0: the text begins at `at`; 0.5: it is
-  /// centred; 1: it ends at `at`.
+  /// Draws text on a white background, so that lines do not cross it. `align` is 0 if the text begins at `at`, 0.5 if
+  /// `at` is its middle, and 1 if it ends at `at`.
   void text(At at, const std::string& text, double size = kText, double align = 0, bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
@@ -101,7 +101,7 @@ class Page {
     cairo_move_to(get(), from.x, from.y);
     cairo_show_text(get(), text.c_str());
   }
-  /// A dimension: a line with a tick at each end, and its value beside the middle.
+  /// Draws a dimension: a line with a short mark at each end, and the text `value` beside its middle.
   void measure(At a, At b, const std::string& value) const {
     colour(kInk);
     dash({});
@@ -134,12 +134,12 @@ class Page {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// A rectangle on the page that shows a plane of W: two axes and a scale.
+/// A view of the workbench: a rectangle on the page that shows two axes of frame W.
 struct View {
-  double left, top, width, height;  // points
-  int across, up;                   // indices of the shown axes of W
-  double scale = 1;                 // points per metre
-  dvec3 middle{0};                  // m, W, point shown in the middle
+  double left, top, width, height;  // points, position and size on the page
+  int across, up;                   // indices of the two axes of frame W that point right and up on the page
+  double scale = 1;                 // points on the page per metre
+  dvec3 middle{0};                  // m, frame W: the point in the middle of the view
   At operator()(const dvec3& p) const {
     return {left + 0.5 * width + scale * (p[across] - middle[across]),
             top + 0.5 * height - scale * (p[up] - middle[up])};
@@ -162,7 +162,7 @@ std::array<dvec3, 4> corners_of(const display::Screen& screen) {
           screen.upper_left};
 }
 
-/// The corners of a box, projected to the plane of the view.
+/// Projects the corners of a box to the page.
 std::vector<At> shown(const View& view, const dvec3& low, const dvec3& high) {
   dvec3 c = low, d = high;
   c[view.across] = high[view.across], d[view.across] = low[view.across];
@@ -192,7 +192,7 @@ class Drawing {
   }
 
  private:
-  // Chooses a common scale for both views, from a list of usual scales.
+  // Chooses one scale for both views from a list of usual drawing scales.
   void choose_scale() {
     std::vector<dvec3> points{plan_.rig.head.eye_center, dvec3(0, 0, -0.5 * spec_.arm_box.z), 0.5 * spec_.arm_box,
                               -0.5 * spec_.arm_box};
@@ -241,12 +241,13 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Draws light rays from the panel's edges by the glass to the eyes, and dashed lines to the points from which the
-    // light seems to come.
+    // Draws light rays from the panel's edges over the mirror glass to the eyes. Dashed lines lead to the points behind
+    // the glass from which the light seems to come.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
-      const std::size_t other = corner == 0 ? 1 : 3;  // the mirror exchanges corners 0 and 1, and corners 2 and 3
+      // index of the same edge in the mirror image, which exchanges corners 0 and 1, and corners 2 and 3
+      const std::size_t other = corner == 0 ? 1 : 3;
       const dvec3 at = on_glass(picture[corner]);
       page_.line(view(eye), view(at), 0.4);
       page_.line(view(at), view(panel[other]), 0.4);
@@ -268,7 +269,7 @@ class Drawing {
     page_.disc(view(eye), 3);
     page_.disc(view(dvec3(0)), 1.6);
 
-    // Draws the names.
+    // Draws the names of the parts.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
       page_.colour(colour);
@@ -288,7 +289,7 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Draws heights above the work at the left, and distances from the work below.
+    // Draws dimensions: at the left the heights above the work position, below the distances from it.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);
@@ -401,7 +402,7 @@ class Drawing {
   const Page& page_;
   View side_{30, 58, 430, 500, 1, 2};
   View top_{472, 58, 340, 330, 0, 1};
-  double ratio_ = 1;  // the scale is 1 : ratio
+  double ratio_ = 1;  // denominator of the drawing's scale 1 : ratio
 };
 
 }  // namespace

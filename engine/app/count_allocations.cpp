@@ -1,6 +1,6 @@
-// operator new for the program typodont: counts allocations. If memory runs out, it frees a reserve and throws. The
-// reserve exists because destructors may need memory (those of OpenVDB's trees do, and end the program if they get
-// none). This file is not in the library, because tests have their own operator new.
+// Replaces operator new in the program typodont. It counts allocations. If memory runs out, it frees a reserve and
+// throws. The reserve exists because some destructors need memory: those of OpenVDB's trees end the program if they get
+// none. This file is not in the library, because the tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -11,12 +11,12 @@
 
 namespace {
 
-// This function is not inlined, because GCC would warn wrongly that memory from new is passed to free.
+// If this function were inlined, GCC would warn wrongly that memory from operator new is passed to free.
 [[gnu::noinline]] void release(void* p) noexcept {
   std::free(p);
 }
 
-// bytes of address space; no memory is used as long as nothing is written to it
+// Size of the reserve in bytes. It uses only address space, because its memory is never written.
 constexpr std::size_t kReserve = 4 << 20;
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
 

@@ -35,16 +35,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRate = 1000;           // Hz
-constexpr double kUsualLength = 80;      // s, duration of the shipped scene's session, to estimate the remaining time
-constexpr double kDuring = 0.4;          // fraction of the strokes after which the picture "during" is drawn
-constexpr std::size_t kFilmQuality = 2;  // index in the quality ladder; a film has thousands of full-HD frames
+constexpr double kRate = 1000;  // Hz, rate of the servo
+// s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
+constexpr double kUsualLength = 80;
+constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
+// index of the film's quality level; the best level would take too long for thousands of full-HD frames
+constexpr std::size_t kFilmQuality = 2;
 
-/// Writes the pictures of one moment: both eyes and the composed screen.
+/// Writes the pictures of one moment: the picture of each eye, and the picture on the screen.
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
                     const std::string& hint, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
-  // Uses the best quality here; the film uses a lower one because it has many frames.
+  // These pictures have the best quality. The film has a lower quality because of its many frames.
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
   stage.draw(tick, particles, 0, hint);
@@ -58,7 +60,7 @@ void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const 
   stage.set_quality(of_film);
 }
 
-/// Describes the result of the work from the remaining tissue.
+/// Describes the result of the exercise by comparing the remaining tissue with the tissue at the start.
 std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before, session::Language language) {
   constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
   return hud_text(language, "caries_left",
@@ -128,7 +130,7 @@ void run_demo(const DemoOptions& options) {
   if (scene.suction_on) debris.suck(scene.suction);
   sound.water(debris.spraying(), scene.suction_on && scene.suction ? scene.suction->flow : 0);
   std::optional<session::FilmWriter> film, mono;
-  std::string end;  // text for the last pictures
+  std::string end;  // text that the last pictures show
 
   Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
@@ -154,7 +156,7 @@ void run_demo(const DemoOptions& options) {
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     progress.at(std::min(t / length, 1.0));
-    // number of frames that are timed after the first frame, which includes set-up
+    // Number of frames whose drawing time is measured. The first frame is not measured, because it includes the set-up.
     constexpr std::uint64_t kTimed = 10;
     if (frames == 1) timed_from = now();
     if (frames == 1 + kTimed) {
@@ -168,7 +170,7 @@ void run_demo(const DemoOptions& options) {
     debris.step(1 / options.fps);
     stage.show_film(debris.film());
     stage.show(view.update(loop.carver()), volume.frame().origin);
-    (void)loop.carver().volume();  // updates the distance field, which the student and the hints read
+    (void)loop.carver().volume();  // Updates the distance field, which the student's hand and the hints read.
     if (gum) {
       gum->take(*soft);
       gum->follow(tick.t);

@@ -1,4 +1,4 @@
-// The demonstration: a scripted hand removes the caries of the CT molar, offscreen and without hardware.
+// The demonstration: a scripted hand removes the caries of the CT molar. It needs no window and no hardware.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +21,8 @@ struct DemoOptions {
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
-/// Writes pictures, films (stereo and mono), sound, session and report to `out`, and prints their names. Throws Error
-/// or RunFailure.
+/// Runs the demonstration. Writes pictures, films (stereo and mono), sound, session and report to the folder `out`, and
+/// prints their names. Throws Error or RunFailure.
 void run_demo(const DemoOptions& options);
 
 }  // namespace typodont

@@ -12,10 +12,10 @@ namespace typodont {
 namespace {
 
 constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece can hold
-// Limits of a file, so that its triangles are bounded (engine/render/handpiece_mesh.h).
+// Limits of the numbers in a file. They bound the number of triangles that engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
-constexpr double kFarthest = 300;  // mm, limit of all lengths and coordinates
+constexpr double kFarthest = 300;  // mm, limit of each length and coordinate in a file
 
 HandpiecePart read_part(const Json& json) {
   json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",
@@ -31,7 +31,7 @@ HandpiecePart read_part(const Json& json) {
   }
   if (part.rings.size() < 2 || part.rings.size() > kMostRings)
     rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMostRings));
-  double length = 0;  // mm
+  double length = 0;  // mm, length of the line through the middles of the rings
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
   if (!(length > 0)) rings.fail("rings with one middle", "a path with a length");
@@ -61,8 +61,8 @@ HandpiecePart read_part(const Json& json) {
   return part;
 }
 
-/// The type of the shank, which is the second group of an ISO 6360 code ("500 314 001001 012": 314); 0 if the code
-/// has no such group.
+/// Returns the type of the shank from an ISO 6360 code. It is the second group of digits: 314 in "500 314 001001 012".
+/// Returns 0 if the code has no such group.
 int shank_type(const std::string& iso_code) {
   const std::size_t space = iso_code.find(' ');
   return space == std::string::npos ? 0 : std::atoi(iso_code.c_str() + space);

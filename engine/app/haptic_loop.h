@@ -1,4 +1,4 @@
-// Runs a scene's haptic core and its hand on one thread as fast as possible. Equal input gives equal output bytes.
+// Runs servo, carver and hand of a scene on one thread as fast as possible. Equal input gives equal output bytes.
 #pragma once
 
 #include <functional>
@@ -9,31 +9,34 @@
 
 namespace typodont {
 
-/// Creates the servo and the carver of a session with this scene and hand. Takes ownership of the tissue. Throws Error.
+/// Creates servo and carver for a session with this scene and hand. Both take turns on one thread (LockStep). Takes
+/// ownership of the tissue. Throws Error.
 haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
 
 class HapticLoop {
  public:
-  /// Sets up the servo for this device. Takes ownership of the tissue.
+  /// Prepares the servo for this device. Takes ownership of the tissue.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
-  /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
+  /// Prepares the servo for a simulated hand, which is an ideal device with force and torque but without vibration.
+  /// `rate`: rate of the servo, Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
-  /// Runs one tick of the servo, then the carver, then takes a new snapshot for the next tick if one is due. Returns
-  /// true if the tick cut.
+  /// Runs one tick of the servo, then the carver. If a new snapshot of the tissue is due, the next tick uses it.
+  /// Returns true if the tick removed tissue.
   bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Reads `hand` until its samples end, and calls `each` after every tick.
+  /// Reads `hand` until it has no more samples. Calls `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
-  /// For tests of a late carver: stalls the carver once per second for `seconds`.
+  /// Makes the carver stall once per second, each time for `seconds`. For tests of a late carver.
   void stall_carver(double seconds) { stall_ = seconds; }
-  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall are applied after the stall.
+  /// Makes the carver stall (`held` true) or continue from the next tick on. Cuts made during a stall are applied after
+  /// it.
   void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }
   haptics::Servo& servo() { return steps_.servo(); }
-  /// The snapshot that was adopted before the last tick, if there was one.
+  /// The snapshot that the servo began to use before the last tick; null if it kept the old snapshot.
   const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 
  private:

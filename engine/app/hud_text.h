@@ -1,4 +1,5 @@
-// Texts over the picture of a session, in the user's language (catalogue: engine/session/page/strings_hud.cpp).
+// Texts over the picture of a session, in the user's language. The text catalogue is
+// engine/session/page/strings_hud.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,26 +13,28 @@
 
 namespace typodont {
 
-/// Separates parts of the text that may stand on different lines.
+/// Separates parts of the text between which a line break is allowed.
 inline constexpr std::string_view kHudGap = "   ";
 
-/// The text of the catalogue for "hud.KEY", with its placeholders filled in.
+/// Returns the catalogue's text for the key "hud.KEY", with its placeholders replaced by the arguments.
 template <class... Args>
 std::string hud_text(session::Language language, std::string_view key, const Args&... args) {
   const std::string name = fmt::format("hud.{}", key);
   return fmt::format(fmt::runtime(session::text(name, language)), args...);
 }
 
-/// Units and decimal sign for the numbers of the text.
+/// Returns the units and the decimal sign of the language.
 display::HudWords hud_words(session::Language language);
 
-/// A number with at most `digits` significant digits, without trailing zeros, and with the language's decimal sign.
+/// Formats a number with at most `digits` significant digits, without trailing zeros, and with the decimal sign of the
+/// language.
 std::string short_number(double value, int digits, session::Language language);
 
-/// Name and size of a tool: "Round bur 1.2 mm". A tool without a name is named by its shape.
+/// Returns name and size of a tool, for example "Round bur 1.2 mm". If the tool has no name, the name of its shape is
+/// used.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 
-/// Returns `language`, or English with a warning if the program was built without a font for `language`.
+/// Returns `language`. If the program was built without a font for it, logs a warning and returns English.
 session::Language hud_language(session::Language language);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// typodont: parses the command line, runs one command, converts errors to messages and exit statuses.
+// The program typodont: parses the command line, runs one command, and converts errors to messages and exit statuses.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -27,12 +27,13 @@
 #include "haptics/sphere_passes.h"
 
 namespace {
-/// haptics does not link Vulkan; the program registers the GPU implementation of the passes of the model "packing".
+/// The module haptics does not link Vulkan. So the program registers the GPU implementation of the passes of the
+/// contact model "packing".
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
 
-/// Flushes standard output. Returns the exit status. Output that could not be written, as on a full disk, is a
-/// failure.
+/// Flushes standard output. Returns the exit status, which reports a failure if the output could not be written, for
+/// example to a full disk.
 static int written_out() {
   errno = 0;
   std::cout.flush();
@@ -41,27 +42,28 @@ static int written_out() {
   return 1;
 }
 
-/// Opens /dev/null for each standard stream that was closed before the program began. Otherwise the next opened file
-/// would get the stream's number, and text for the terminal would be written into that file or input read from it.
+/// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file would get the stream's
+/// number. Text for the terminal would then be written into that file, or input would be read from it.
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;
-    if (::open("/dev/null", O_RDONLY) != stream) std::abort();  // open() returns the lowest free number
+    // open() returns the lowest free number, which must be the number of this stream
+    if (::open("/dev/null", O_RDONLY) != stream) std::abort();
   }
 }
 
 int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
-  // With this setting, a file that reaches its size limit causes a write error, like a full disk, instead of ending a
-  // live session.
+  // If a file reaches its size limit, the system sends this signal, which would end a live session. If the signal is
+  // ignored, the write fails instead, as on a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
   end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
-  // All words after the first command are its arguments: `bench render` does not run the command `render`.
+  // Only the first word on the command line names a command. So `bench render` runs `bench` with the argument "render".
   program.expect_commands(0, 1);
   add_demo_command(program);
   add_servo_command(program);

@@ -13,8 +13,8 @@
 
 namespace typodont {
 
-/// Opens a hand whose motion is the same in every run: HAND.csv or HAND.json (also after "script:"), or
-/// replay:SESSION.h5. The hand does not wait for a clock. Throws Error.
+/// Opens a hand whose motion is equal in every run: HAND.csv or HAND.json (also after "script:"), or replay:SESSION.h5.
+/// The hand does not wait for the real time of its samples. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
 /// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.
@@ -30,11 +30,11 @@ class OfflineRecording {
   OfflineRecording(const OfflineRecording&) = delete;
   OfflineRecording& operator=(const OfflineRecording&) = delete;
 
-  /// Adds a tick, its cut, and the patch that was adopted before the tick. `cut` and `patch` may be null.
+  /// Adds a tick, its cut, and the patch that the servo began to use before the tick. `cut` and `patch` may be null.
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch);
   void add(const LoosePiece& piece);
   void add(const StrokeEdit& edit);
-  /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file is incomplete.
+  /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file cannot be completed.
   std::uint64_t finish(const haptics::TissueVolume& tissue);
 
  private:

@@ -38,21 +38,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Loads {"packing": {"file": "P.h5"}} of a scene's model, because haptics does not link HDF5.
+/// Loads the file of a scene's model {"packing": {"file": "P.h5"}}. The program does this, because the module haptics
+/// does not link HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
-constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s
-constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s
-constexpr double kNewtonMillimetre = 1e-3;          // N·m
-// Allowed range of a scene's own limits. An example of a large force: reaming an acetabulum needs 200 N, which is 6
-// N·m at the rim of a 60 mm reamer.
+constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s per litre per minute
+constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s per millilitre per minute
+constexpr double kNewtonMillimetre = 1e-3;          // N·m per N·mm
+// Allowed range of the limits of force and torque that a scene states. An example of a large force: reaming an
+// acetabulum needs 200 N, which gives 6 N·m at the rim of a 60 mm reamer.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
-/// Finds the mesh files that solids of a scene name: beside the scene's file, or else in the assets.
+/// Finds the mesh files that a scene's solids name: first beside the scene's file, then in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const std::string& name) { return find_file(name, place); },
           .read_mesh = haptics::read_mesh_solid};
@@ -89,7 +90,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// Reads "looks_like" of a scene's materials.
+/// Reads the key "looks_like" of a scene's materials: which tissue is drawn as which other tissue.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {
@@ -102,7 +103,7 @@ DrawnAs read_drawn_as(const Json& json) {
   return drawn_as;
 }
 
-/// Reads a file of assets/suction/. `suction` gets the flow, and the radius of the opening.
+/// Reads a file of assets/suction/. `suction` receives the flow and the radius of the opening.
 SuctionTip read_suction_tip(const Json& json, debris::Suction& suction) {
   json.allow_only({"name", "opening_mm", "wall_mm", "slant_deg", "length_mm", "flow_l_per_min", "source"});
   SuctionTip tip;
@@ -272,7 +273,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      scene.vibration_band_set = true;  // a value is set, so vibration is off even if the device can render it
+      scene.vibration_band_set = true;  // "vibration": false switches vibration off, even if the device can vibrate
     }
   }
 
@@ -305,7 +306,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
     scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
   }
-  (void)session::tooth_sides(json);  // only the report uses the tooth's sides, but their errors are reported now
+  (void)session::tooth_sides(json);  // reports errors in the tooth's sides now, although only the report uses them
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }

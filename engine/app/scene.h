@@ -1,4 +1,4 @@
-// A scene file, parsed and checked: the tissue, the tools, and the parts of the program that it needs.
+// A scene: its file is parsed and checked. Contains the tissue, the tools, and the parts of the program that it needs.
 #pragma once
 
 #include <filesystem>
@@ -25,78 +25,87 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // folders for relative file names: the folder of `file`, or of the recording
-  std::string text;  // content of the scene file
+  ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
+  std::string text;  // text of the scene file
   std::string name;
-  std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;      // servo settings except the voxel frame, which the tissue determines
-  DrawnAs drawn_as;                  // tissues that are drawn like another tissue, e.g. a hidden lesion
+  /// parts of the program that the scene needs: haptics, render, sound, debris, record, score
+  std::set<std::string> parts;
+  haptics::ServoSettings servo;      // settings of the servo, except the voxel frame, which depends on the tissue
+  DrawnAs drawn_as;                  // tissues that are drawn like another tissue, for example a hidden lesion
   std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
-  std::optional<Json> tissue;        // the initial tissue: a volume or solids
-  std::vector<Json> paint;           // tissue painted into the initial tissue, e.g. a lesion
-  std::filesystem::path paint_file;  // file with manually painted strokes; empty: none
-  std::vector<Json> prepare;         // solids that are removed from the tissue before the session begins
-  std::string resume;  // volume or session from which to continue; empty: the session starts with untouched tissue
+  std::optional<Json> tissue;        // JSON of the initial tissue: a volume, or solids
+  std::vector<Json> paint;           // JSON of tissue that is added to the initial tissue, for example a lesion
+  std::filesystem::path paint_file;  // file with brush strokes that a user painted; empty if there is none
+  std::vector<Json> prepare;         // JSON of solids that are removed from the tissue before the session begins
+  std::string resume;  // volume or session that is continued; empty: the session starts with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
-  std::optional<session::ImplantTask> implant;  // task of an exercise in implant surgery
-  bool vibration_band_set = false;  // true: the scene sets the vibration band; false: the hand's device sets it
-  std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
-  MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
-  HandpieceView handpieces;                      // how pictures show handpieces
-  std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: the default nozzle beside the tooth
-  bool suction_on = false;                       // initial state of the suction
-  SuctionTip suction_tip;                        // the tip at its initial pose; opening 0: nothing is drawn
-  std::optional<Nozzles> spray;                  // the handpiece's water; empty: the scene has no water and no film
-  bool spray_on = false;                         // initial state of the spray
-  bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
+  std::optional<session::ImplantTask> implant;  // task of an implant exercise; empty if the scene is no such exercise
+  /// true: the scene sets the frequency band of the vibration; false: the hand's device sets it
+  bool vibration_band_set = false;
+  /// neighbouring teeth, gum and mouth around the tooth; empty if there are none
+  std::optional<SurroundingsPlan> surroundings;
+  /// mouth mirror in the second hand at the start; its diameter is 0 if there is none
+  MouthMirror mouth_mirror;
+  HandpieceView handpieces;  // settings for drawing handpieces
+  /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
+  std::optional<debris::Suction> suction;
+  bool suction_on = false;       // true: the suction is on at the start
+  SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
+  std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film
+  bool spray_on = false;         // true: the spray is on at the start
+  /// true: sound models may be reduced to the lowest order that loses no part of the sound
+  bool sound_lower_order = false;
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-/// Reads a scene (docs/interface.md) from a file, or a shipped scene by its name. Throws Error for anything that is
-/// missing, unknown or out of range.
+/// Reads a scene (docs/interface.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something in
+/// the file is missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& scene);
-/// Reads a scene from JSON; relative paths begin at the folder of `file`.
+/// Reads a scene from JSON. Relative paths in it start at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
-/// Reads a scene from JSON; the files that it names are searched in `place`.
+/// Reads a scene from JSON. The files that it names are searched in `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// Path of the scene's volume; empty if the tissue is made of solids. Throws Error.
+/// Path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
-/// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog", "focal_mm"}. Throws Error.
+/// Reads a mouth mirror with the keys {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog",
+/// "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the hand holds that.
+/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the mirror,
+/// and the result is false.
 inline bool hand_holds_suction(const Scene& scene) {
   return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
 }
 
-/// Loads or samples the initial tissue of the scene and paints into it. Ignores `resume`: load_tissue() in
-/// recording/resume.h continues a partial preparation. Throws Error.
+/// Loads or samples the initial tissue of the scene, and adds the painted tissue. The key `resume` is ignored;
+/// load_tissue() in recording/resume.h continues an unfinished preparation. Throws Error.
 haptics::TissueVolume load_untouched(const Scene& scene);
 
-/// The scene's servo settings, completed for this tissue, servo rate (Hz) and other properties of the hand's device
-/// (haptics::DeviceInfo). The scene can override the device's vibration band (Hz).
+/// Returns the scene's servo settings with the values that depend on this tissue, on the servo rate (Hz) and on the
+/// hand's device (haptics::DeviceInfo). The scene's own vibration band (Hz) has priority over the device's band.
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
-/// Replaces the scene's contact model by the model of the option --model; does nothing if `name` is empty. The
-/// recorded text of the scene also changes. Throws Error that lists the available models.
+/// Sets the contact model that the option --model names; does nothing if `name` is empty. The text of the scene that is
+/// recorded also changes. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
 /// Name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
-/// True if pictures show the contact model's own triangles instead of the volume's surface.
+/// True if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// Names of the scene's tools, in order.
+/// Names of the scene's tools, in the order of the scene.
 std::vector<std::string> tool_names(const Scene& scene);
 
-/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error that lists the available names.
+/// Loads a tool from assets/tools/ or a motor from assets/motors/ by its name. Throws Error that lists the available
+/// names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
-/// Loads assets/materials/hard_tissue.json.
+/// Loads the materials of assets/materials/hard_tissue.json.
 MaterialTable load_materials();
 
 }  // namespace typodont

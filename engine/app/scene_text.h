@@ -1,4 +1,4 @@
-// JSON text for scene files that the program writes.
+// Makes JSON text for scene files that the program writes.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,11 +7,11 @@
 
 namespace typodont {
 
-/// The scene's text, in which absolute paths replace the paths that are relative to its folder. Paths to shipped
-/// files do not change.
+/// Returns the scene's text for a file in another folder. Paths that are relative to the scene's folder become
+/// absolute. Paths to shipped files do not change.
 nlohmann::ordered_json scene_for_other_folder(const Scene& scene);
 
-/// A point in a scene's text: [x, y, z] in millimetres, rounded to micrometres. `p`: m.
+/// Converts a point to text for a scene: [x, y, z] in millimetres, rounded to micrometres. `p`: m.
 nlohmann::ordered_json millimetres_text(const dvec3& p);
 
 }  // namespace typodont

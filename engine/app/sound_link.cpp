@@ -15,14 +15,15 @@ namespace typodont {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
-constexpr double kFullSuction = 5e-3;  // m³/s, flow at which the suction is heard at its full level: 300 l/min
-constexpr double kHold = 0.25;         // s, time without a tick after which the sound of a live session stops
+constexpr double kFullSuction = 5e-3;  // m³/s, flow at which the sound of the suction has its full level; 300 l/min
+constexpr double kHold = 0.25;         // s, if a live session delivers no tick for this time, its sound stops
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
   const auto own = folder / (scene.motor + ".json");
   if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
-  // rad/s, threshold: a faster handpiece sounds like an air turbine, a slower one like an electric handpiece
+  // rad/s, threshold of the speed: a faster handpiece sounds like an air turbine, a slower one like an electric
+  // handpiece
   constexpr double kTurbine = 150 * kKrpm;
   return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }
@@ -104,7 +105,7 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->tool_W_ = tick.X_WG.p;
     link->seen_tool_ = heard = true;
   }
-  // A tick that arrived too late for its own sample is heard in the first sample of this block.
+  // If a tick arrived too late for its own sample, it is heard from the first sample of this block on.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

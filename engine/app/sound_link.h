@@ -1,4 +1,5 @@
-// Converts ticks to sound. Contains a scene's synthesizer and the output for its samples. Application thread.
+// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application
+// thread.
 #pragma once
 
 #include <array>
@@ -22,10 +23,10 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// Opens the sound. `address`: see docs/interface.md. The voice is the file in assets/sounds/ with the name of the
-  /// scene's motor; for an ideal motor the speed selects the voice. `live`: the sound stops if ticks stop. `binaural`:
-  /// two channels for the listener's ears, from where the tool is; listen() gives the pose of the listener's head.
-  /// Throws Error or RunFailure.
+  /// Opens the sound output. `address`: see docs/interface.md. The synthesizer's model comes from the file in
+  /// assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`: true
+  /// stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the tool as
+  /// the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural = false);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
@@ -33,28 +34,29 @@ class SoundLink {
 
   /// Passes a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
-  /// Passes the pose of the listener's head: the midpoint of the eyes in m, and the unit vector from the left to the
-  /// right eye. Called by the thread that knows the pose. Wait-free. Only for binaural sound; without a call the source
-  /// is straight ahead.
+  /// Sets the pose of the listener's head: the midpoint between the eyes in m, and the unit vector from the left to the
+  /// right eye. Called by the thread that knows the pose. Wait-free. Used only for binaural sound. Before the first
+  /// call, the source is straight ahead.
   void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
   bool binaural() const { return ears_.has_value(); }
-  /// Passes whether the handpiece's water is switched on (it flows only while the pedal is pressed), and the flow of
-  /// the suction in m³/s (0: off). They are heard from the next block on. Any thread.
+  /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is switched on; it flows
+  /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Both are heard from the next block on. Any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Advances the sound to time t. Application thread; call at least ten times per second once the session's clock
-  /// runs. `t`: present time on that clock; for a file, the time of the latest pushed tick. The sound begins with the
-  /// first call, so that a tick at t is heard in the sample at t. A file contains the session from its beginning.
+  /// Computes the sound up to the time t. Application thread; call it at least ten times per second after the session's
+  /// clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The sound
+  /// starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session from
+  /// its beginning.
   void advance(Nanos t);
-  /// Ends the sound; a file is complete only after this call. Throws Error if the file cannot be written.
+  /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// Latest measured latency from a tick to its sound, s; it includes the latency that the device reports. NaN before
-  /// the first sound, and for files. Any thread.
+  /// Last measured latency from a tick to its sound, s. It includes the latency that the sound device states. NaN
+  /// before the first sound, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
-  /// Number of ticks that were lost because the device did not play for a long time. Any thread.
+  /// Number of ticks that were lost because the sound device did not play for a long time. Any thread.
   std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
-  /// The voice's file, its hash and the sample rate, for a recording.
+  /// Text for the recording: file name and hash of the synthesizer's model, and sample rate.
   std::string about() const;
 
  private:
@@ -67,19 +69,20 @@ class SoundLink {
 
   const bool live_;
   bool begun_ = false;
-  Nanos zero_ = 0;             // ns, time of the session's zero on the machine's clock; only for live sound
-  double device_latency_ = 0;  // s, latency that the device reports
+  /// ns, time of the machine's clock at which the session's time is zero; only for live sound
+  Nanos zero_ = 0;
+  double device_latency_ = 0;  // s, latency that the sound device states
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
   audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;
   audio::SoundModels models_;
-  audio::TickVoice voice_;  // the voice that plays the ticks; used only by the audio thread
+  audio::TickVoice voice_;  // converts ticks to samples; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
-  std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction, 0..1, for audio::SoundState
+  std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction as fractions 0..1, for audio::SoundState
   Latest<Listener> listener_;
-  // The rest is used only by the audio thread, and only with binaural sound.
+  // The next members are used only by the audio thread, and only for binaural sound.
   std::optional<audio::Binaural> ears_;
   std::array<float, 1024> mono_{};
   dvec3 tool_W_{0};  // m, position of the tool's head in the latest tick

@@ -15,14 +15,15 @@ namespace typodont {
 
 namespace {
 
-constexpr double kRange = 70;  // dB, difference between the darkest and the brightest colour
+constexpr double kRange = 70;  // dB, level difference between the darkest and the brightest colour
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
-constexpr double kLetters = 15;                        // pixels, text height
-constexpr int kTick = 6;                               // pixels, length of a tick
-constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels, margins: left and top, right and bottom
+constexpr double kLetters = 15;  // pixels, height of the text
+constexpr int kTick = 6;         // pixels, length of a tick mark on an axis
+// pixels; kBefore: margins at the left and at the top of the plot; kAfter: at the right and at the bottom
+constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};
 
-/// Colour scale: dark violet, red, light yellow, in even steps of lightness; after "inferno" of Smith and van der
-/// Walt (2015).
+/// Colour scale from dark violet over red to light yellow, in even steps of lightness; similar to "inferno" of Smith
+/// and van der Walt (2015).
 glm::u8vec3 color_of(double fraction) {
   static constexpr std::array<std::array<double, 3>, 6> kStops = {
       {{8, 6, 30}, {74, 16, 108}, {148, 38, 103}, {221, 81, 58}, {251, 164, 37}, {252, 250, 170}}};
@@ -37,7 +38,8 @@ glm::u8vec3 color_of(double fraction) {
   return color;
 }
 
-/// Returns a step of 1, 2 or 5 times a power of ten that gives about `count` steps in the range.
+/// Returns the distance between two axis labels: 1, 2 or 5 times a power of ten, so that the range has about `count`
+/// labels.
 double step_of(double range, int count) {
   const double raw = range / count, power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double m : {1.0, 2.0, 5.0})
@@ -65,9 +67,9 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   p.rgba.assign(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 4, 255);
   for (int y = 0; y < pixels.y; ++y)
     for (int x = 0; x < pixels.x; ++x) put(p, x, y, kGround);
-  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one pixel beyond the plot
+  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // `hi` lies one pixel outside the plot
 
-  // Each pixel shows the maximum of its range, so that a thin line between two rows remains visible.
+  // Each pixel shows the maximum of all values that it represents. So a thin line stays visible.
   const audio::Spectrogram s = audio::spectrogram(recording.mono(), recording.rate, static_cast<std::size_t>(size.x));
   const float loudest = *std::max_element(s.dB.begin(), s.dB.end());
   for (int x = 0; x < size.x; ++x) {
@@ -82,7 +84,7 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     }
   }
 
-  // Draws the axes: ticks with their values.
+  // Draws the tick marks of the axes with their values.
   const double f_step = step_of(to, 8), t_step = step_of(made.seconds, 10);
   for (int i = 0; i * f_step <= to * (1 + 1e-9); ++i) {
     const double f = i * f_step;

@@ -1,4 +1,5 @@
-// All channels between threads. Each channel has one writer thread and one reader thread.
+// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads.
+// Drawing thread: the trainee's picture. User interface: the operator's window.
 #pragma once
 
 #include <array>
@@ -23,24 +24,26 @@
 
 namespace typodont {
 
-/// Changed bricks. The carver meshes them; the renderer uploads them and deletes the batch.
+/// A list of changed bricks. The carver meshes the bricks; the renderer uploads them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
-/// Settings that may change during a session. They act on the servo's input and on its output, so the ticks contain
-/// their effect and a replay stays exact.
+/// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain
+/// their effect, and a replay is exact.
 struct SessionSettings {
-  double speed_fraction = 1;              // 0..1, factor on the pedal, which limits the drill's speed
-  bool backwards = false;                 // the handpiece turns backwards; only for a tool with a thread
-  double force_fraction = 1;              // 0..1, factor on the force that reaches the hand
-  PerTissue stiffness = every_tissue(1);  // factors on the materials' stiffness; only in sessions without recording
-  Nanos force_delay = 0;                  // ns, delay of the force at the hand; only in sessions that can delay forces
+  double speed_fraction = 1;  // 0..1, factor by which the pedal is multiplied; it limits the drill's speed
+  bool backwards = false;     // true: the handpiece turns backwards; only for a tool with a thread
+  double force_fraction = 1;  // 0..1, factor by which the force on the hand is multiplied
+  /// factors by which the stiffness of each tissue is multiplied; used only in sessions without a recording
+  PerTissue stiffness = every_tissue(1);
+  /// ns, delay of the force at the hand; used only in sessions that can delay forces
+  Nanos force_delay = 0;
 
   static constexpr PerTissue every_tissue(double fraction) {
     PerTissue all{};
     for (double& v : all) v = fraction;
     return all;
   }
-  /// N/m, stiffness of every tissue, for set_stiffness() of the servo.
+  /// Returns the stiffness of each tissue with these factors, N/m, for set_stiffness() of the servo.
   PerTissue stiffness_of(const MaterialTable& materials) const {
     PerTissue scaled{};
     for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
@@ -51,33 +54,33 @@ struct SessionSettings {
 /// State of the recording.
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
-  bool complete = true;                   // no data was lost so far
+  bool complete = true;                   // true: no data was lost so far
   bool disk_low = false, failed = false;  // disk_low: the disk is nearly full; failed: recording has stopped
 };
 
-/// Latest sample of a headset's controller.
+/// The latest sample of a headset's controller.
 struct XrHandSample {
   Pose X_WT;
-  double pedal = 0;      // 0..1
-  bool tracked = false;  // the headset sees the controller
+  double pedal = 0;      // 0..1, position of the trigger
+  bool tracked = false;  // true: the headset can see the controller
   Nanos t = 0;
 };
 
-/// The user's commands that concern the tissue during a session.
+/// Commands of the user that concern the tissue during a session.
 enum class TissueCommand { kUndo, kRedo, kSave };
 
-/// A piece of an instructor's brush stroke.
+/// A part of an instructor's brush stroke.
 struct BrushMove {
   PaintStroke stroke;
-  bool begins = false;  // true: a new stroke begins with this piece
+  bool begins = false;  // true: this part begins a new stroke
 };
 
-/// An undo or redo of a stroke. Its position between cuts and between patches makes a replay exact.
+/// An undo or redo of a stroke. Its position among the cuts and patches is recorded, so that a replay is exact.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
-  std::uint64_t cuts = 0;     // number of cuts applied to the tissue before the edit
-  std::uint32_t patches = 0;  // number of patches created before the edit
+  std::uint64_t cuts = 0;     // number of cuts that were applied to the tissue before the edit
+  std::uint32_t patches = 0;  // number of patches that were created before the edit
 };
 
 /// Positions of the eyes in front of a screen, and the selected view.
@@ -94,104 +97,124 @@ struct WaterSwitch {
   bool spray = false, suction = false;
 };
 
-/// Timing of a frame on a screen.
+/// Measured times of a frame on a screen.
 struct PictureTiming {
-  Nanos t = 0;        // ns, time of the frame's begin on the machine's clock
+  Nanos t = 0;        // ns, time of the machine's clock at which the frame began
   double period = 0;  // s, time since the previous frame
-  double record = 0;  // s, preparation and submission on the CPU
-  double gpu = 0;     // s, GPU time by the GPU's clock, of the latest finished frame
-  // s, estimated time from the hand's sample that the frame shows to the middle of the screen's next refresh
+  double record = 0;  // s, time of preparation and submission on the CPU
+  double gpu = 0;     // s, time that the GPU measured for the latest finished frame
+  // s, estimated latency: from the hand's sample that the frame shows, to the middle of the screen's next refresh
   double motion_to_photon = 0;
-  double redrawn = 1;  // redrawn fraction of the picture
-  int step = 0;        // level of quality, 0: best
+  double redrawn = 1;  // fraction of the picture that was drawn again
+  int step = 0;        // number of the quality level; 0 is the best
 };
 
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
-  // From SERVO to CARVER
+  // From the servo thread to the carver thread
   Ring<Cut> cuts_to_carver{1 << 14};
   Latest<ServoTick> tick_to_carver;
-  // From CARVER to SERVO
+  // From the carver thread to the servo thread
   haptics::PatchExchange patch;
-  // From SERVO to RENDER
+  // From the servo thread to the drawing thread
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // From SERVO to RENDER, sixty times per second: points of the soft gum that moved, and its wounds; null if the gum is
-  // rigid or if no window draws the gum
+  // From the servo thread to the drawing thread, sixty times per second: the points of the soft gum that have moved,
+  // and its wounds. Null if the gum is rigid, or if no window draws the gum.
   std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
   std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
-  // From UI to CARVER, and the state of the tissue back to UI
+  // Commands from the user interface to the carver thread, and the state of the tissue from the carver thread to the
+  // user interface.
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};
-  // From CARVER to RECORDER
+  // From the carver thread to the recorder thread
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // From CARVER to RENDER
+  // From the carver thread to the drawing thread
   Ring<LoosePiece> pieces_to_debris{1 << 10};
-  // From CARVER to RENDER
+  // From the carver thread to the drawing thread
   Ring<MeshBatch*> bricks{256};
-  // From CARVER to UI, if a headset draws instead of RENDER and an operator watches
+  // From the carver thread to the user interface. Used if a headset shows the session and an operator watches in a
+  // window.
   Ring<MeshBatch*> bricks_to_watch{256};
-  // From CARVER to WATCH (live_views.h): copies of the tissue on request; the channel from WATCH to UI is in LiveViews
+  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that this thread
+  // has requested. LiveViews contains the channel from this thread to the user interface.
   Ring<haptics::TissueVolume*> copies_to_watch{4};
-  // From CARVER to EXPERT (live_expert.h): copies of the tissue for planning, if an expert is the hand
+  // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
+  // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From RENDER (window) to SERVO, if the mouse is the hand
+  // From the drawing thread (window) to the servo thread. Used if the hand is the mouse.
   Latest<haptics::HandSample> pointer;
-  // From UI to CARVER, if an instructor paints
+  // From the user interface to the carver thread. Used if an instructor paints.
   Ring<BrushMove> paint_to_carver{1 << 10};
-  // From UI to SERVO
+  // From the user interface to the servo thread
   Latest<SessionSettings> settings;
-  // From SERVO to UI, if an operator watches
+  // From the servo thread to the user interface. Used if an operator watches.
   Ring<ServoTick> ticks_to_score{1 << 14};
-  // From RECORDER to UI
+  // From the recorder thread to the user interface
   Latest<RecordState> record_to_render;
-  // From HEADSET (which draws instead of RENDER) to SERVO, if a controller is the hand, and to RECORDER
+  // From the headset's thread, which draws the pictures if there is a headset: the controller's samples to the servo
+  // thread (used if the controller is the hand), and the frames' times to the recorder thread.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // From RENDER to RECORDER
+  // From the drawing thread to the recorder thread
   Ring<PictureTiming> pictures_to_recorder{1 << 12};
-  // From SERVO to RECORDER
+  // From the servo thread to the recorder thread
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
-  // From SERVO to STREAM; null if the session is not published
+  // From the servo thread to the stream thread. Null if the session is not published to other programs.
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
-  // From SERVO to RENDER: timing of the loop, heat of the motors
+  // From the servo thread to the drawing thread: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // From RENDER to RECORDER, after each change
+  // From the drawing thread to the recorder thread, after each change
   Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // From LEFT HAND to RENDER, RECORDER
+  // From the second hand's thread to the drawing thread and the recorder thread
   Latest<MouthMirror> mouth_mirror;
-  Latest<SuctionTip> suction_tip;  // pose of the suction tip; published instead of the mirror if the hand holds the tip
-  // From RENDER to RECORDER, after each change
+  /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
+  Latest<SuctionTip> suction_tip;
+  // From the drawing thread to the recorder thread, after each change
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  Latest<SeenFrom> head_to_sound;  // RENDER (a headset's thread) → application: the newest position of the eyes
-  // From SERVO to AUDIO: this channel is a ring inside SoundLink
+  /// From the drawing thread (or the headset's thread) to the application thread: the newest position of the eyes
+  Latest<SeenFrom> head_to_sound;
+  // The channel from the servo thread to the audio thread is a ring inside SoundLink.
 
-  std::atomic<bool> copy_wanted{false};          // From WATCH to CARVER
-  std::atomic<bool> expert_wants_copy{false};    // From EXPERT to CARVER
-  std::atomic<std::uint64_t> tissue_version{0};  // From CARVER to WATCH: changes whenever the tissue changes
+  /// request for a copy of the tissue, from the computing thread of LiveViews to the carver thread
+  std::atomic<bool> copy_wanted{false};
+  /// request for a copy of the tissue, from the planner thread of the expert to the carver thread
+  std::atomic<bool> expert_wants_copy{false};
+  /// From the carver thread to the computing thread of LiveViews: number that increases whenever the tissue changes
+  std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
-      not_saved{0};  // From CARVER (its saving thread) to UI: number of successful and failed saves of the tissue
-  // From RENDER to CARVER: voxels, largest distance of triangles from the surface (detail.h)
+      /// from the carver's saving thread to the user interface: number of successful and of failed saves of the tissue
+      not_saved{0};
+  // From the drawing thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
   std::atomic<float> tolerance{0.1f};
   std::array<std::atomic<bool>, 2>
-      tissue_in_sight{};  // RENDER, HEADSET → CARVER: a picture shows the tissue; otherwise nothing is meshed
-  std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and end of the session
-  // From RENDER (window) to SERVO: tool chosen by key; negative: the hand's own choice
+      /// from the drawing thread or the headset's thread to the carver thread: true if a picture shows the tissue;
+      /// otherwise nothing is meshed
+      tissue_in_sight{};
+  /// From any thread to the servo thread: zero force from the next tick on, then the end of the session
+  std::atomic<bool> emergency{false};
+  // From the drawing thread (window) to the servo thread: the tool that the user chose by a key; negative: the hand
+  // chooses
   std::atomic<std::int32_t> chosen_tool{-1};
-  std::atomic<bool> held{
-      false};  // From RENDER to SERVO: the emergency stop is active; the drill is off until its release
-  std::atomic<std::uint32_t> newest_faults{0};  // From SERVO to RENDER
+  /// from the drawing thread to the servo thread: true while the emergency stop is on; the drill is then off
+  std::atomic<bool> held{false};
+  std::atomic<std::uint32_t> newest_faults{
+      0};  // From the servo thread to the drawing thread: fault bits of the latest tick
   std::atomic<Nanos> session_zero{
-      0};  // From SERVO to LEFT HAND, RENDER, RECORDER: machine's clock (ns) at the session's zero; 0: not yet begun
-  std::atomic<bool> stop{false};          // any thread → all: end the session
-  std::atomic<bool> nothing_more{false};  // set after all others have ended → RECORDER: the rings contain all data
-  std::atomic<bool> servo_ended{false};   // From SERVO to RENDER: the hand is disconnected or the script has ended
+      /// from the servo thread to the other threads: ns, time of the machine's clock at which the session's time is
+      /// zero; 0: the session has not begun
+      0};
+  std::atomic<bool> stop{false};  // From any thread to all threads: end the session
+  /// To the recorder thread, set after all other threads have ended: the rings contain all data
+  std::atomic<bool> nothing_more{false};
+  std::atomic<bool> servo_ended{
+      false};  // From the servo thread to the drawing thread: the hand was disconnected, or its script has ended
 };
 
 }  // namespace typodont

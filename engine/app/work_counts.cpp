@@ -80,9 +80,9 @@ WorkCounts process_counts() {
 double seconds_since_command() {
   std::ifstream in("/proc/self/stat");
   const std::string line((std::istreambuf_iterator<char>(in)), {});
-  // Skips the process name, which may contain any character.
+  // Skips the name of the process, because it may contain any character.
   std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
-  constexpr int kStartTime = 20;  // index of the field "starttime"; the field after the name has index 0
+  constexpr int kStartTime = 20;  // number of the field "starttime", counted from 0 after the process's name
   std::string field;
   for (int i = 0; i < kStartTime; ++i) fields >> field;
   timespec t{};

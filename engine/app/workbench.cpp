@@ -51,14 +51,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// m, distance between tool and hand; from this distance on, the tool counts as caught
+// m, threshold: if the distance between tool and hand is larger, the tool counts as caught in the tissue
 constexpr double kStuckDistance = 3e-3;
-// ns, threshold: a tool that is caught for a shorter time is not reported
+// ns, threshold: a tool that is caught in the tissue for a shorter time is not reported
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
-// Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
+// Keys in an implant exercise: select the phase's instrument, slower, faster, turn backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
-constexpr double kSpeedStep = 0.05;  // fraction of the motor's speed
+constexpr double kSpeedStep = 0.05;  // change of the speed per key press, as a fraction of the motor's full speed
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -67,7 +67,7 @@ void ask_to_stop(int) {
 
 }  // namespace
 
-/// The parts of a session, in the order of their set-up. Used by the drawing thread, except `session`.
+/// The parts of a session, in the order of their set-up. All except `session` are used only by the drawing thread.
 struct Workbench::Impl {
   const Scene scene;
   const WorkbenchOptions options;
@@ -75,37 +75,43 @@ struct Workbench::Impl {
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
   std::optional<LiveSession> session;
-  std::optional<Pointer> pointer;  // the mouse as the hand; empty for other hands
+  std::optional<Pointer> pointer;  // the pointer that moves the tool if the mouse is the hand; empty for other hands
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  std::optional<LivePicture> picture;  // the pictures; empty if the session is neither operated nor drawn here
-  std::optional<XrSession> headset;    // draws on its own thread instead of the trainee's picture
-  WorkCounts before;                   // counts of the process at the session's start
-  dvec3 above{0, 0, 0};                // m, W: initial position of the tool
+  // the pictures; empty if the session is not operated and its pictures are not drawn here
+  std::optional<LivePicture> picture;
+  std::optional<XrSession> headset;  // the headset; it draws on its own thread instead of the trainee's picture
+  WorkCounts before;                 // counts of the process when the session started
+  dvec3 above{0, 0, 0};              // m, frame W, initial position of the tool
 
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                // the latest tick that was drawn
-  SessionSettings settings;                      // the settings that were last sent to the servo
-  std::optional<session::HandMeter> meter;       // measures of the hand; empty if the session is not operated
-  std::optional<DamageMeter> damage;             // measures of the damage; empty if the session is not operated
-  std::optional<session::ImplantMeter> implant;  // phase and notes of an implant exercise
-  PerTissue volumes_before{};                    // m³, volumes at the start of an operated session
-  // result of an exploration after the session
+  ServoTick tick;            // the latest tick that was drawn
+  SessionSettings settings;  // the settings that were last sent to the servo
+  // evaluates the hand for the score; empty if the session is not operated
+  std::optional<session::HandMeter> meter;
+  // measures the damage for the score; empty if the session is not operated
+  std::optional<DamageMeter> damage;
+  // finds the present phase of an implant exercise; empty in other exercises
+  std::optional<session::ImplantMeter> implant;
+  // m³, volume of each tissue at the start; used only in an operated session
+  PerTissue volumes_before{};
+  // Result of an exploration task; valid after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // last time at which the tool followed the hand, on the session's clock
-  std::vector<std::string> keys;  // help texts about the keyboard, drawn over the picture
-  std::string told;               // text of say(), drawn instead of `keys` in a steered session
-  std::vector<int> pressed;       // keys pressed in the last step
+  Nanos followed = 0;             // last time at which the tool was near the hand, on the session's clock
+  std::vector<std::string> keys;  // help texts about keys, which the picture shows
+  std::string told;               // text of say(); a steered session shows it instead of `keys`
+  std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members
+  // declared last, so that the threads are joined before the members that they use are destroyed
+  std::jthread carver, servo, left, recorder, streamer;
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -123,7 +129,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Number of requests to the desktop so far; 0 if the picture is part of another window.
+  /// Number of requests to the desktop so far; 0 if the picture is shown in another program's window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -156,7 +162,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  // Checks the file's name now, not only when the tissue is saved.
+  // The name of the file is checked now, so that an invalid name is reported before the session.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
@@ -176,7 +182,7 @@ void Workbench::Impl::set_up() {
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
 
-  // Opens the hand (device, mouse or script). A mouse starts above the tissue.
+  // Opens the hand (device, mouse or script). The mouse's tool starts above the tissue.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
@@ -298,13 +304,14 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The first patch is offered before the first tick.
+  // The carver offers the first patch before the servo's first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
-  set_check_handler(haptics::release_all_devices);  // with this handler, a failed check also ends with zero force
+  // after a failed check in the code, this handler sets the force to zero
+  set_check_handler(haptics::release_all_devices);
   on_interrupt.emplace(ask_to_stop);
   running = true;
   before = process_counts();
@@ -327,24 +334,25 @@ void Workbench::Impl::start() {
   if (headset) headset->start(began);
 }
 
-/// Reads the latest tick if nothing is drawn; otherwise the drawing code reads it.
+/// Reads the latest tick. Used only if nothing is drawn, because the drawing code also reads it.
 void Workbench::Impl::take_tick() {
   Latest<ServoTick>& newest = session->wiring.tick_to_render;
   if (newest.fetch()) tick = newest.front();
 }
 
-/// Advances the sound on the session's clock, which begins with the first tick.
+/// Continues the sound up to the present time of the session's clock. The clock begins with the first tick.
 void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
   if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
     sound->listen(head.front().eye_W, head.front().right_W);
-  // If a headset is used, its thread reads the ticks.
+  // With a headset, the ticks are read by its thread, so the time comes from the clock.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
-/// One turn of the drawing thread: a frame, or a short wait. Returns false at the end of the session.
+/// Runs one turn of the drawing thread: draws a frame or waits for a short time. Returns false at the end of the
+/// session.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
@@ -377,18 +385,18 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // In a session of the operator's window, score_ticks() processes every tick instead.
+    // In the operator's window, score_ticks() passes every tick to the meter instead.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
-    if (options.device) throw;  // the operator's window creates a new device for itself and the session
+    if (options.device) throw;  // the operator's window creates a new GPU device for itself and for the session
     log::warn("{}; the picture is created again", e.what());
     if (picture->recreate_lost_device()) return true;
     failure = e.what();
     return false;
-  } catch (const std::exception& e) {  // the picture or the sound failed, so the session ends properly
+  } catch (const std::exception& e) {  // the picture or the sound failed; the session ends properly
     failure = e.what();
     return false;
   }
@@ -399,7 +407,7 @@ void Workbench::Impl::hold(bool on) noexcept {
   set_emergency_stop(session->wiring, on);
 }
 
-/// Reports once that a device was unplugged, or that it is connected again.
+/// Reports a device that was unplugged, and a device that is connected again, once each.
 void Workbench::Impl::report_hand() {
   const bool gone = (session->wiring.newest_faults.load(std::memory_order_relaxed) & bits(Fault::kDeviceLost)) != 0;
   if (gone == hand_gone) return;
@@ -411,12 +419,12 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// Distance between the hand and a tool that does not follow it, m; 0 if the tool follows.
+/// If the tool has not followed the hand for kStuckTime, the distance between them, m; otherwise 0.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
-/// The text over the picture: the hand's functions, and the load of its motors.
+/// Text over the picture: the keys and states of the session, and the load of the device's motors.
 std::string Workbench::Impl::hint() const {
   const session::Language language = options.language;
   const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
@@ -439,7 +447,8 @@ std::string Workbench::Impl::hint() const {
       parts.push_back(words(record.complete ? "disk_low" : "gaps"));
     }
     if (implant && picture && !options.operated) {
-      // The line has too little space for both the phase and all keys. The present phase is more important.
+      // The line has not enough space for the present phase and all keys. The phase is more important, so some keys are
+      // omitted.
       parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
     } else {
       if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
@@ -460,7 +469,7 @@ std::string Workbench::Impl::hint() const {
   return fmt::format("{}", fmt::join(parts, kHudGap));
 }
 
-/// Executes the keys. 1 … 9: another tool of the set. Space or Esc: the emergency stop.
+/// Handles the keys. 1 … 9 select a tool of the tool set. Space and Esc switch the emergency stop.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);
@@ -511,7 +520,7 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// State of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
+/// Text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
 std::string Workbench::Impl::implant_line() const {
   const session::Language language = options.language;
   const session::ImplantTask& task = *scene.implant;
@@ -531,7 +540,7 @@ std::string Workbench::Impl::implant_line() const {
   return settings.backwards ? fmt::format("{} {}", text, hud_text(language, "backwards")) : text;
 }
 
-/// Undo, redo and save: Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
+/// Handles the keys for undo, redo and save: Ctrl+Z, Ctrl+Y and Ctrl+S, or the same letters without Ctrl.
 void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == 'Z') session->wiring.tissue_commands.push(TissueCommand::kUndo);
@@ -540,7 +549,7 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// Updates the hand's measures and the faults of the last second from every tick.
+/// Passes every tick to the meters, and updates the faults of the last second.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
@@ -556,7 +565,7 @@ void Workbench::Impl::score_ticks() {
   }
 }
 
-/// Sends zero force, joins all threads, and completes the recording. Does nothing at a second call.
+/// Sends zero force, joins all threads and completes the recording. A second call does nothing.
 void Workbench::Impl::end() {
   if (!running) return;
   running = false;
@@ -566,7 +575,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  // if one part fails to end, the run fails, but the other parts are still ended
+  // If a part fails to end, the run counts as failed, but the other parts are still ended.
   const auto try_to = [&](const auto& part) {
     try {
       part();
@@ -576,9 +585,9 @@ void Workbench::Impl::end() {
   };
   const bool carved = s.carver_failure.empty();
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  Cut last_cut;  // cut of a tick that the servo finished after the carver had ended
+  Cut last_cut;  // a cut that the servo made after the carver had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // computes the score up to the last tick, as in a recording
+  if (meter) {  // computes the score up to the last tick, so that it equals the recording's score
     score_ticks();
     explored = picture->views()->take_explored();
   }
@@ -632,7 +641,8 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // The quantile is the upper edge of its bin, so it may exceed the maximum; it is limited to the maximum.
+  // A quantile is the upper edge of a histogram bin, so it can exceed the largest value. It is limited to the largest
+  // value.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -649,8 +659,7 @@ void Workbench::Impl::end() {
   count_work(process);
 }
 
-/// Collects the counts after all threads have ended. `running_process`: counts of the process while it was still
-/// running.
+/// Collects the counters after all threads have ended. `running_process`: counts of the process before the end.
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;
@@ -786,8 +795,10 @@ session::Score Workbench::score_so_far() {
   session::ScoreInput input;
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
-  if (judged) input = *views->judged();     // the latest evaluation of the geometry
-  if (m.scene.resume.empty() || !judged) {  // otherwise the present volumes are used
+  if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
+  // The volumes of the evaluation are used only in a resumed session. Otherwise they are computed from the volumes at
+  // the start and the removed volume.
+  if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];

@@ -1,5 +1,5 @@
-// A live session. Every part runs on its own thread; the channels of wiring.h connect the threads. The scene selects
-// the parts; an unused part costs nothing.
+// A live session. Each part runs on its own thread, and the channels of wiring.h connect the threads. The scene selects
+// the parts. An unused part takes no time.
 #pragma once
 
 #include <filesystem>
@@ -24,90 +24,101 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;        // rig file or name; empty: a window if there is a desktop, otherwise no picture
-  std::string hand;       // address of the hand; empty: the rig's value, otherwise the mouse if there is a window
-  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
-  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
-  std::string audio;      // address of the sound output; empty: a sound card if there is one
-  bool binaural = false;  // two channels of sound for the trainee's ears, from where the tool is
-  std::filesystem::path record;     // file of the recording; empty: no recording
-  std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
-  double stream_rate = 100;         // Hz, rate of the published states
-  // output file of point pairs for `calibrate register`, taken with a controller and an arm
+  std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
+  /// address of the hand; empty: the hand that the rig states, otherwise the mouse if there is a window
+  std::string hand;
+  /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
+  std::string left_hand;
+  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  std::string pedal;
+  double rate = 1000;            // Hz, servo rate for hands without a fixed rate
+  std::string audio;             // address of the sound output; empty: a sound card if there is one
+  bool binaural = false;         // true: two channels of sound for the trainee's ears, with the tool as the source
+  std::filesystem::path record;  // file of the recording; empty: no recording
+  /// addresses at which the session's state is published (stream/state_stream.h); empty: it is not published
+  std::vector<std::string> stream;
+  double stream_rate = 100;  // Hz, number of published states per second
+  // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
-  double magnify = 0;          // magnification of the picture; 0: the rig's value
+  double magnify = 0;          // ratio of magnification of the picture; 0: the rig's value
   double seconds = 1e18;       // s, time after which the session ends
-  bool no_real_time = false;   // allows a device with motors without real-time scheduling
-  bool explain = false;        // prints which features are active, and why others are not
-  std::filesystem::path save;  // file for the tissue, written at the end and on request; empty: none
+  bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
+  bool explain = false;        // true: prints which features are active, and why others are not active
+  std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   bool save_at_end = true;     // true: the tissue is saved at the end and on request; false: only on request
-  std::string trainee;         // the trainee's name, for the recording
-  int monitor = -1;            // monitor for full screen; −1: a window
+  std::string trainee;         // the trainee's name, which the recording contains
+  int monitor = -1;            // number of the monitor for full screen; −1: no full screen
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
-  // Options of an experiment (engine/app/experiment/).
-  // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); no picture shows the force
+  // Option for experiments (engine/app/experiment/). true: status() contains the newest tick even if nothing is drawn,
+  // the picture shows the text of say() instead of help about keys, and no picture shows the force.
   bool steered = false;
-  double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session does not delay forces
+  double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session cannot delay forces
 
-  // Options of the operator's window (engine/app/operator/).
-  bool operated = false;          // provides score and timing during the session
-  bool embedded = false;          // the picture is shown in the operator's window instead of its own
-  gpu::Device* device = nullptr;  // the operator's device; null: create one
+  // The next options are for the operator's window (engine/app/operator/).
+  bool operated = false;  // true: score and timing are computed during the session
+  /// true: the operator's window shows the picture; false: the picture has its own window
+  bool embedded = false;
+  gpu::Device* device = nullptr;  // the GPU device of the operator's window; null: the session creates its own
 };
 
-/// The real-time rights of the servo loop, as in LoopReport.
+/// Real-time rights that the system granted to the servo loop (see LoopReport).
 struct LoopGranted {
   bool fifo = false, pinned = false, memory_locked = false;
 };
 
-/// Progress of an exercise in implant surgery, for display.
+/// Progress of an implant exercise, for display.
 struct ImplantStatus {
-  std::size_t phase = 0;  // index of the present phase; when all phases are finished, the number of phases
+  std::size_t phase = 0;  // index of the present phase; after the last phase, the number of phases
   session::ImplantNote note = session::ImplantNote::kNone;
-  double depth = 0;         // m, depth of the tip below the plan's entry
-  double phase_depth = 0;   // m, required depth in this phase
+  double depth = 0;         // m, depth of the tool's tip below the planned entry point
+  double phase_depth = 0;   // m, depth that this phase requires
   double speed = 0;         // rad/s, speed of the present tool at full pedal
-  double temperature = 37;  // °C of the bone, estimated
+  double temperature = 37;  // °C, estimated temperature of the bone
 };
 
 struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick
   std::uint32_t faults = 0;  // fault bits that were set in the last second
-  // m, distance between hand and tool if the tool has not followed the hand for a second; otherwise 0
+  // m, distance between hand and tool if the tool has not followed the hand for one second; otherwise 0.
   double caught = 0;
   LoopTiming timing;
-  double frame_ms = 0, frames_per_second = 0;  // timing of the picture, smoothed
+  /// frame_ms: ms, smoothed drawing time of a frame; frames_per_second: smoothed frame rate
+  double frame_ms = 0, frames_per_second = 0;
   std::string_view quality;
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
-  double motor_heat = 0;                   // heat of the device's motors; 1: their limit
-  double bearable_force = 0;               // N, force limit at the present heat; 0: the device does not report it
-  bool armed = true;                       // force is enabled, because the hand has been free of contact
-  LoopGranted granted;                     // real-time rights that the system granted to the servo loop
-  std::string_view real_time;              // names the rights that were refused; empty: all were granted
-  std::optional<ImplantStatus> implant;    // progress of an exercise in implant surgery
+  double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
+  /// N, force limit at the present heat of the motors; 0: the device does not report it
+  double bearable_force = 0;
+  bool armed = true;    // true: the force is enabled, because the hand has been free of contact
+  LoopGranted granted;  // real-time rights that the system granted to the servo loop
+  /// names of the real-time rights that the system refused; empty: all were granted
+  std::string_view real_time;
+  std::optional<ImplantStatus> implant;  // progress of an implant exercise; empty in other exercises
 };
 
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;  // s since the command was given: first tick, first frame; 0: there was none
-  // s, times from the command to the first tick and frame; 0: there was none
+  std::uint32_t faults = 0;  // fault bits that were set during the session
+  // s, time from the command to the first tick, and to the first frame; 0: there was none
   double first_tick_s = 0, first_frame_s = 0;
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
-  double jitter_us_p999 = 0, worst_jitter_us = 0;  // µs, |time between two wake-ups - period|
-  LoopReport loop;                                 // the complete loop report
+  /// µs, deviation of the time between two wake-ups of the servo from its period: 99.9 % quantile, and largest
+  double jitter_us_p999 = 0, worst_jitter_us = 0;
+  LoopReport loop;  // complete report about the servo loop
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
-  std::optional<DebrisBalance> debris;                 // balance of chips and water; empty without debris or picture
-  std::uint64_t debris_cuts_lost = 0;                  // cuts whose chips are missing because the ring was full
+  /// mass balance of chips and water; empty without debris or picture
+  std::optional<DebrisBalance> debris;
+  /// number of cuts whose chips are missing, because the ring was full
+  std::uint64_t debris_cuts_lost = 0;
   std::vector<std::string> explanations;
   WorkCounts work;
 };
@@ -115,80 +126,83 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// One session. A single thread of the caller constructs, starts, steps and stops the session, and draws. Every end,
-/// including the destructor, sends zero force.
+/// A live session. One thread of the caller constructs, starts, steps and stops it; this thread also draws. However the
+/// session ends, also by the destructor, the force is set to zero.
 class Workbench {
  public:
-  /// Sets up tissue, hand, sound, recording and picture. Nothing moves yet. Throws Error.
+  /// Sets up tissue, hand, sound, recording and picture. No thread runs yet. Throws Error.
   Workbench(const Scene& scene, const WorkbenchOptions& options);
   ~Workbench();
   Workbench(const Workbench&) = delete;
   Workbench& operator=(const Workbench&) = delete;
 
   void start();
-  /// Processes the input and draws a frame; if there is no picture, waits briefly. Returns false at the end of the
-  /// session: the window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
+  /// Processes the input and draws a frame; without a picture, waits for a short time. Returns false at the end of the
+  /// session: the user closed the window, the hand's script has ended, the time is over, or the process was asked to
+  /// stop.
   bool step();
-  /// Same as step(), for an embedded picture: the caller passes the input over the picture and the picture's size.
+  /// Does the same as step() above for an embedded picture. The caller passes the input over the picture and its size
+  /// in pixels.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
-  /// Applies the settings from the next tick on.
+  /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Requests a tool by its index in the set; the tool changes as soon as pedal, drill and tissue allow it.
+  /// Requests the tool with the index `place` in the tool set. The tool changes as soon as pedal, drill and tissue
+  /// allow it.
   void choose_tool(int place);
-  /// Requests the instrument of the present phase of an implant exercise, with its speed and forward rotation.
+  /// Requests the instrument of the present phase of an implant exercise, and sets its speed and forward rotation.
   void choose_phase_tool();
-  /// Paints tissue. Only without recording, because a recording contains cuts but no paint.
+  /// Paints tissue. Only for sessions without a recording, because a recording contains cuts but no painted tissue.
   void paint(const BrushMove& move);
-  /// Returns the brush strokes that are not undone. Call this function after stop().
+  /// Returns the brush strokes in order, without undone strokes. Call it after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// The views of the running session; null if the session is not operated.
+  /// The views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
-  /// Shows a second picture from a free viewpoint, on the operator's device. It replaces the trainee's picture if both
-  /// would be in one window. A size of 0 switches the picture off.
+  /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
+  /// window, it replaces the trainee's picture. A size of 0 switches it off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   /// The picture from the free viewpoint; null if it is not drawn.
   const gpu::Image* own_picture() const;
-  /// Returns the final tissue. Call this function once, after stop().
+  /// Returns the final tissue. Call it once, after stop().
   haptics::TissueVolume take_tissue();
-  /// Call this function before the device of an embedded picture is destroyed, or when it is lost. The session
+  /// Frees an embedded picture. Call it before its GPU device is destroyed, or when the device is lost. The session
   /// continues without a picture.
   void drop_picture();
-  /// Creates the pictures again on a new device.
+  /// Creates the pictures again on a new GPU device.
   void make_picture(gpu::Device& device);
-  /// The keys that were pressed in the last step(), numbered as in display::UserInput.
+  /// The keys that were pressed in the last step(), with the codes of display::UserInput.
   const std::vector<int>& pressed() const;
-  /// Sets the line below the picture in a steered session; it replaces the help text about the keys.
+  /// Sets the line of text below the picture in a steered session. It replaces the help about the keys.
   void say(const std::string& line);
-  /// Sends no force from the next tick on and ends the session, regardless of contact. If the servo does not answer
-  /// within 50 ms, this function releases all devices. stop() still completes the recording.
+  /// Sets the force to zero from the next tick on and ends the session, regardless of contact. If the servo does not
+  /// answer within 50 ms, this function releases all devices. stop() must still be called; it completes the recording.
   void emergency_stop();
 
-  /// True after SIGINT, SIGTERM or SIGHUP; the caller should then end, too.
+  /// True after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
-  /// Score by the scene's rules from the measures so far. Only valid if WorkbenchOptions::operated is set.
+  /// Computes the score so far by the rules of the scene. Valid only if WorkbenchOptions::operated is true.
   session::Score score_so_far();
-  /// Returns the data that the score of a session in the operator's window needs, except the tissue. Call this
-  /// function once, after stop().
+  /// Returns the data about the hand for the final score of a session in the operator's window. Call it once, after
+  /// stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The stage of the picture: device, left eye, frame; null if nothing is drawn.
+  /// The stage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
   PictureStage* stage();
 
-  /// Switches the emergency stop on or off. While it is on, drill and force are off (hands.h).
+  /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).
   void hold(bool on) noexcept;
-  /// Requests undo, redo or saving of the tissue; the carver executes it in its next turn. Drawing thread.
+  /// Requests undo, redo or saving of the tissue. The carver executes the request in its next turn. Drawing thread.
   void ask(TissueCommand command);
-  /// Numbers of strokes that can be undone and redone.
+  /// Number of strokes that can be undone, and number of strokes that can be redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
-  /// Sends zero force, joins all threads, and completes the recording. Throws RunFailure if the run failed.
+  /// Sends zero force, joins all threads and completes the recording. Throws RunFailure if the session failed.
   WorkbenchSummary stop();
 
  private:
@@ -196,8 +210,9 @@ class Workbench {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Runs a whole session until the window is closed, the hand's script ends, the time is over or the process is asked to
-/// stop (SIGINT, SIGTERM, SIGHUP). Every end sends zero force. Throws Error at set-up, RunFailure if the run fails.
+/// Runs a whole session. It ends when the user closes the window, the hand's script has ended, the time is over, or the
+/// process is asked to stop (SIGINT, SIGTERM, SIGHUP). At every end, the force is set to zero. Throws Error at set-up,
+/// and RunFailure if the session fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont

@@ -29,7 +29,8 @@ fs::path folder() {
 
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
-  if (!fs::is_regular_file(file, code)) return std::nullopt;  // a device could be read without end
+  // only regular files, because reading a device may never end
+  if (!fs::is_regular_file(file, code)) return std::nullopt;
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   Fnv1a hash;
@@ -50,7 +51,7 @@ void add_program(Fnv1a& key) {
 
 namespace {
 
-/// File name KEY-CONTENT.suffix: CONTENT is the hash of the content, so that damage is detected.
+/// Returns the file name KEY-CONTENT.suffix. CONTENT is the hash of the file's content, with which damage is detected.
 std::string name_of(std::uint64_t key, std::uint64_t content, const std::string& suffix) {
   return fmt::format("{:016x}-{:016x}{}", key, content, suffix);
 }
@@ -89,7 +90,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
     if (!name.starts_with(begins) || !name.ends_with(suffix)) continue;
     const auto content = hash_of(file);
     if (content && name == name_of(key, *content, suffix)) {
-      // the time of last use decides which files are removed first
+      // keep() removes the files with the oldest time of last use first.
       fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }

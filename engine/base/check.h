@@ -1,12 +1,12 @@
-// Checks of internal assumptions. A failed check is a programming error, never a user's mistake (for mistakes, use
-// Error). A failed check prints the place and the condition, then ends the process. The servo installs a handler that
-// first sends zero force.
+// Checks of conditions that only a programming error can violate. (For mistakes of the user, use Error.) A failed check
+// prints the source line and the condition, then ends the process. The servo installs a handler that first sends zero
+// force.
 #pragma once
 
 namespace typodont {
 
 using CheckHandler = void (*)() noexcept;
-/// The handler is called before a failed check ends the process. Set-up time; not thread-safe.
+/// Sets the function that is called before a failed check ends the process. Call at set-up time; not thread-safe.
 void set_check_handler(CheckHandler handler) noexcept;
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line) noexcept;

@@ -1,18 +1,19 @@
-// One monotonic clock for the whole program.
+// The monotonic clock that the whole program uses.
 #pragma once
 
 #include <cstdint>
 
 namespace typodont {
 
-using Nanos = std::int64_t;  // ns since an arbitrary start
+using Nanos = std::int64_t;  // a time in ns since an arbitrary start
 
 inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 
-/// Present time of CLOCK_MONOTONIC. Any thread.
+/// Present time, in ns, of the system clock CLOCK_MONOTONIC. Any thread.
 Nanos now() noexcept;
 
-/// CPU time consumed by the calling thread. It measures the cost of a tick independently of the machine's other load.
+/// CPU time, in ns, that the calling thread has used so far. Unlike elapsed time, it does not depend on the load of the
+/// machine.
 Nanos thread_cpu_time() noexcept;
 
 constexpr double to_seconds(Nanos t) {

@@ -54,7 +54,8 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   std::string line;
   while (in.next(line)) {
     const std::size_t number = in.number();
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // spreadsheets write a byte order mark
+    // removes the byte order mark that spreadsheets write
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
     const std::string_view text = trim(line);
     if (text.empty() || text.front() == '#') continue;
     const auto cells = split(text);

@@ -15,24 +15,25 @@ struct CsvTable {
   std::filesystem::path file;
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;
-  std::vector<std::size_t> lines;  // for each row its line number in the file, for messages
+  std::vector<std::size_t> lines;  // number of the file's line of each row, for error messages
 
-  /// Index of a column, or -1.
+  /// Index of the column with this name, or -1 if there is none.
   int column(std::string_view name) const;
-  /// Throws Error naming file, line and column.
+  /// Throws an Error whose message names the file, the line and the column.
   [[noreturn]] void fail(std::size_t row, std::string_view column, std::string_view found,
                          std::string_view expected) const;
 };
 
-/// Reads cells that are not plain numbers. NaN means that the cell is invalid.
+/// A function that reads the cells of a column that are not plain numbers. It returns NaN if a cell is invalid.
 struct CellReader {
   std::function<double(std::string_view cell)> read;
   std::string expected;  // text for the message, e.g. "a tissue's name"
 };
 
-/// Reads a file whose columns are exactly `required`, in any order, plus any of `optional`. Every cell of a required
-/// column is a finite number. The columns named in `readers` are read by those readers instead. A line that starts with
-/// '#' is a comment. Throws Error naming file, line, column, found, expected.
+/// Reads a table file. The file must have all columns of `required`, in any order, and may have columns of `optional`.
+/// Other columns are errors. Every cell of a required column must be a finite number, except in columns for which
+/// `readers` contains a reader. A line that starts with '#' is a comment. Throws an Error that names file, line and
+/// column.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {}, const std::map<std::string, CellReader>& readers = {});
 

@@ -1,9 +1,10 @@
-// Compiles functions for several processor types; the loader chooses the best version at load time. So one x86-64 build
-// runs everywhere. All versions give the same bits, because multiply-adds are never contracted (-ffp-contract=off).
+// Compiles a function once for each of several processor types. When the program starts, the loader chooses the best
+// version for the processor, so that one x86-64 build runs on every machine. All versions compute the same bits,
+// because the compiler never joins a multiplication and an addition into one instruction (-ffp-contract=off).
 #pragma once
 
-/// Usage, before a function: TYPODONT_DISPATCH("avx2", "default") void kernel(…). Sanitizer builds have only the
-/// default version, because their runtimes are not initialised when the loader chooses.
+/// Write this macro before a function: TYPODONT_DISPATCH("avx2", "default") void kernel(…). Sanitizer builds have only
+/// the default version, because the sanitizer is not initialised when the loader chooses.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define TYPODONT_DISPATCH(...) __attribute__((target_clones(__VA_ARGS__)))

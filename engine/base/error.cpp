@@ -6,11 +6,11 @@ namespace typodont {
 
 namespace {
 
-// bytes, length limit of one part of a message; a longer part is quoted input and is shortened
+// Length limit, in bytes, of one part of a message. A longer part (usually text quoted from the input) is shortened.
 constexpr std::size_t kLongest = 240;
 
-/// Shortens a part to kLongest bytes, cut between UTF-8 characters, and removes control characters, which a terminal
-/// would execute.
+/// Returns the part as it is shown in a message. The text is shortened to kLongest bytes between two UTF-8 characters.
+/// Control characters are removed, because a terminal would execute them.
 std::string shown(std::string_view part) {
   std::string text(part);
   if (text.size() > kLongest) {

@@ -1,4 +1,4 @@
-// Exceptions for set-up errors, with exact messages. Real-time loops never throw.
+// Exceptions for errors at set-up. Real-time loops never throw.
 #pragma once
 
 #include <stdexcept>
@@ -7,15 +7,17 @@
 
 namespace typodont {
 
-/// Bad usage or bad input: names the file, the key or line, what was found and what was expected. Exit status 2.
+/// Wrong usage or wrong input. The message names the file, the key or line, the value found and the value expected. The
+/// program ends with exit status 2.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
-  /// Composes the message "FILE: WHERE: found FOUND, expected EXPECTED"; empty parts are omitted.
+  /// Composes the message "FILE: WHERE: found FOUND, expected EXPECTED". Empty parts are omitted.
   Error(std::string_view file, std::string_view where, std::string_view found, std::string_view expected);
 };
 
-/// A run that failed although its input was good (a device lost, a replay that differs). Exit status 1.
+/// A run that failed although its input was valid, for example because a device was lost. The program ends with exit
+/// status 1.
 class RunFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

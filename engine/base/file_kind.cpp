@@ -45,7 +45,7 @@ std::string lower(std::string text) {
 }
 
 std::string_view without_space(std::string_view text) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // skips the byte order mark
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
   return text;
 }

@@ -1,4 +1,5 @@
-// The kinds of file that the program writes. A kind is recognised by the file name's extension and by the first bytes.
+// The kinds of file that the program recognises. A kind is recognised by the file name's extension and by the first
+// bytes of the file.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@ namespace typodont {
 
 enum class FileKind {
   kText,   // plain text without a format
-  kCache,  // a cache file of this program; may replace any file
+  kCache,  // a cache file of this program, which may replace a file of any kind
   kSession,
   kVolume,
   kPicture,
@@ -26,20 +27,20 @@ enum class FileKind {
   kPly,
   kStl,
   kObj,
-  kDocument,  // PDF
-  kLabels     // a tissue number for each voxel
+  kDocument,  // a PDF document
+  kLabels     // a volume with a tissue number for each voxel
 };
 
-/// Name of a kind in messages, for example "a session (.h5)".
+/// Name of a kind of file in messages, for example "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
-/// File name extensions in lower case, with the dot; none for kText.
+/// File name extensions of a kind, in lower case and with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// Returns the kind among `kinds` to which the file name's extension belongs, in upper or lower case; kText if there is
-/// no such kind.
+/// Returns the kind among `kinds` that has the extension of this file name (upper and lower case are equal). Returns
+/// kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 
-/// True if a file of this kind may replace an existing file of `size` bytes that begins with `head` (up to 4 KiB): the
-/// existing file is empty or of the same kind.
+/// True if a file of this kind may replace an existing file, which must be empty or of the same kind. `head` are the
+/// first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

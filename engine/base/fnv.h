@@ -1,4 +1,5 @@
-// A hash that shows whether two files, forces or fields have the same bits. Not for security.
+// A hash that shows whether two files, forces or fields have the same bits. It does not protect against deliberate
+// changes.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +8,7 @@
 
 namespace typodont {
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
+/// Computes the FNV-1a hash of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
 struct Fnv1a {
   std::uint64_t value = 0xcbf29ce484222325u;
   void bytes(const void* data, std::size_t size) noexcept {

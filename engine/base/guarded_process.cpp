@@ -29,12 +29,13 @@ void limit_process(const ProcessLimits& limits) {
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  (void)bytes;  // no limit under a sanitizer, because its shadow memory is larger than any limit
+  // A sanitizer build sets no limit, because the sanitizer reserves more address space than any limit allows.
+  (void)bytes;
 #else
   setrlimit(RLIMIT_AS, &bytes);
 #endif
   setrlimit(RLIMIT_FSIZE, &longest);
-  alarm(static_cast<unsigned>(limits.seconds));  // also ends a process that sleeps for ever
+  alarm(static_cast<unsigned>(limits.seconds));  // ends the process after this time even if it sleeps
 }
 
 void give_up_privileges() {
@@ -42,11 +43,11 @@ void give_up_privileges() {
 #ifdef __x86_64__
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto architecture = static_cast<std::uint32_t>(offsetof(seccomp_data, arch));
-  // first argument: the flags of clone()
+  // offset of a system call's first argument; clone() has its flags there
   constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));
-  // third argument: the flags of openat()
+  // offset of a system call's third argument; openat() has its flags there
   constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));
-  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // EPERM
+  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // a forbidden system call fails with the error EPERM (1)
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, architecture),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0),
@@ -92,8 +93,9 @@ void give_up_privileges() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, kRefused));
   }
-  // Threads are allowed because OpenVDB uses them; new processes are not. clone3() is refused because its flags lie in
-  // memory, where the filter cannot read them; the C library then uses clone().
+  // New threads are allowed because OpenVDB uses threads. New processes are forbidden. The system call clone3() is
+  // refused because its flags lie in memory, where the filter cannot read them. The C library then uses clone()
+  // instead.
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone, 0, 4));
@@ -128,7 +130,8 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // The child gets default signal handlers, and no environment variables, because these may hold secrets.
+  // The child starts with the default signal handlers. It gets no environment variables, because they may contain
+  // passwords.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t all, none;
@@ -136,8 +139,8 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // Standard input, output and error lead to /dev/null: the user does not need the C library's messages about a damaged
-  // heap. Only `output` replaces the standard output.
+  // Standard input, output and error of the child lead to /dev/null, because the messages of the C library about a
+  // damaged heap do not help the user. If `output` is given, standard output leads there instead.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {

@@ -23,10 +23,11 @@ constexpr std::uintmax_t kMiB = std::uintmax_t{1} << 20, kGiB = std::uintmax_t{1
 
 struct KindOfInput {
   std::string_view name;
-  std::uintmax_t largest;  // bytes, size limit
+  std::uintmax_t largest;  // size limit in bytes
 };
-// The size limits are several times the largest useful file of each kind: a session of a day of ticks at 1 kHz is 20
-// GiB, a scan of 1024³ voxels of two bytes is 2 GiB, half an hour of sound at 192 kHz in float is 1.3 GiB per channel.
+// Each size limit is several times the largest useful file of its kind. Examples of large files: a recording of one day
+// at 1 kHz has 20 GiB, a scan of 1024³ voxels of two bytes has 2 GiB, and half an hour of sound at 192 kHz has 1.3 GiB
+// per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},
@@ -41,7 +42,8 @@ const KindOfInput& entry(InputKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-/// Identifies a file. The time of creation is included because inode numbers are reused after deletion.
+/// The values that identify a file. The time of creation is included because a new file may get the inode number of a
+/// deleted one.
 using Identity = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t, std::uint32_t>;
 
 std::optional<Identity> identity_of(const std::filesystem::path& file) {

@@ -1,4 +1,5 @@
-// Signals that ask the program to end: SIGINT (Ctrl-C), SIGTERM (kill) and SIGHUP (the terminal was closed).
+// Handles the signals that ask the program to end: SIGINT (Ctrl-C), SIGTERM (kill) and SIGHUP (the terminal was
+// closed).
 #pragma once
 
 #include <signal.h>
@@ -7,11 +8,12 @@
 
 namespace typodont {
 
-/// From now on, one of these signals removes partially written files (PartialFile) and ends the program with exit
-/// status 1, unless an InterruptHandler exists. An ignored SIGHUP (nohup) stays ignored. Main thread, once.
+/// After this call, each of these signals removes the partially written files (PartialFile) and ends the program with
+/// exit status 1. If an InterruptHandler exists, it is called instead. If SIGHUP is ignored (nohup), it stays ignored.
+/// Call once from the main thread.
 void end_cleanly_on_interrupt();
 
-/// While this object lives, these signals call `handler`; its destructor restores the previous handler. Nested handlers
+/// While this object exists, the signals call `handler`. The destructor restores the previous handler. Nested objects
 /// must be destroyed in the reverse order of their construction. Main thread.
 class InterruptHandler {
  public:
@@ -24,11 +26,11 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// Sets a function that end_now() calls first. Devices use it to send zero force. Set-up time.
+/// Sets a function that end_now() calls first. Devices use this function to send zero force. Call at set-up time.
 void set_end_hook(void (*act)() noexcept) noexcept;
 
-/// Removes partially written files, reports the removal, and ends the process with exit status 1. Safe in signal
-/// handlers.
+/// Removes the partially written files, prints a message about them, and ends the process with exit status 1. Signal
+/// handlers may call this function.
 [[noreturn]] void end_now() noexcept;
 
 }  // namespace typodont

@@ -31,12 +31,12 @@ std::string shorten(std::string text) {
 struct Node;
 struct Member;
 using Array = std::vector<Node>;
-using Object = std::vector<Member>;  // sorted by key; each key occurs once
+using Object = std::vector<Member>;  // sorted by key; no key occurs twice
 
-/// A JSON value (RFC 8259). Integers stay integers as long as 64 bits can hold them.
+/// A JSON value (RFC 8259). A whole number is stored as an integer if it fits into 64 bits.
 struct Node {
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
-  std::size_t line = 0;  // line on which the value begins, from 1
+  std::size_t line = 0;  // number of the line on which the value begins, counted from 1
 
   template <class T>
   const T* as() const {
@@ -49,14 +49,14 @@ struct Member {
   Node value;
 };
 
-/// Reads one document, strictly according to RFC 8259. This program has its own reader, so that the haptic core needs
-/// no JSON package.
+/// Parses one JSON document exactly according to RFC 8259. The project has its own parser so that the haptic core does
+/// not need a JSON library.
 class Reader {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
 
   Node document() {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skip a byte order mark
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skips a byte order mark
     Node root = value();
     skip_space();
     if (at_ < text_.size()) fail();
@@ -64,19 +64,21 @@ class Reader {
   }
 
  private:
-  static constexpr int kDeepest = 200;  // limit of nesting; destroying a deeper document would overflow the stack
+  // limit of nested arrays and objects; to destroy a deeper document would overflow the stack
+  static constexpr int kDeepest = 200;
 
-  /// Column in characters, from 1.
+  /// Column of the parser's present position, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    const std::string_view line = before.substr(before.rfind('\n') + 1);  // if rfind() returns npos, npos + 1 is 0
+    // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0
+    const std::string_view line = before.substr(before.rfind('\n') + 1);
     return 1 + static_cast<std::size_t>(std::count_if(
                    line.begin(), line.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
   }
   [[noreturn]] void fail() const {
     throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");
   }
-  /// Throws an error about the value or key that is being read.
+  /// Throws an error about the value or key that the parser is reading.
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const {
     throw Error(name_, fmt::format("line {}, \"{}\"", line_, path_), found, expected);
   }
@@ -199,7 +201,7 @@ class Reader {
       digits();
     }
     const char *first = text_.data() + begin, *last = text_.data() + at_;
-    if (whole) {  // an integer beyond 64 bits becomes a double
+    if (whole) {  // stores the number as an integer; one that needs more than 64 bits is stored as a double below
       std::int64_t s = 0;
       std::uint64_t u = 0;
       if (negative && std::from_chars(first, last, s).ec == std::errc()) {
@@ -212,7 +214,7 @@ class Reader {
       }
     }
     double d = 0;
-    if (std::from_chars(first, last, d).ec != std::errc()) {  // out of the range of a double
+    if (std::from_chars(first, last, d).ec != std::errc()) {  // the number is outside the range of a double
       d = std::strtod(std::string(first, last).c_str(), nullptr);
       if (!std::isfinite(d)) fail(shorten(std::string(first, last)), "a number of at most 1.8e308");
     }
@@ -263,7 +265,8 @@ class Reader {
     to.push_back(kMeant[which]);
   }
 
-  /// Copies one multi-byte character. It must be the shortest encoding of a code point that is not a surrogate.
+  /// Copies one UTF-8 character of several bytes. The encoding must be the shortest one, and the code point must not be
+  /// a surrogate.
   void copy_utf8(std::string& to) {
     const auto lead = static_cast<unsigned char>(text_[at_]);
     const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
@@ -306,7 +309,7 @@ class Reader {
   std::string_view text_, name_;
   std::size_t at_ = 0, line_ = 1;
   int depth_ = 0;
-  std::string path_;  // path of the value that is being read, with shortened keys
+  std::string path_;  // path of the value that the parser is reading; long keys are shortened
 };
 
 void write(std::string& to, const std::string& text) {
@@ -382,7 +385,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// Place of this value in error messages: `line 7, "a.b[2]"`. Unknown parts are omitted.
+/// Position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

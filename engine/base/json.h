@@ -15,15 +15,16 @@
 
 namespace typodont {
 
-/// One value of a JSON file. The object also stores the file and the value's path in the file. Cheap to copy. Set-up
-/// time; throws Error.
+/// One value of a JSON file. The object also knows its file and its path in the file, for error messages. It is cheap
+/// to copy. Use at set-up time; the functions throw Error.
 class Json {
  public:
-  /// Selects whether messages contain line numbers. kUnknown is for text that the program built itself and that is no
-  /// file.
+  /// States whether error messages contain line numbers. Use kUnknown for text that the program built itself, because
+  /// no file has these lines.
   enum class Lines { kNamed, kUnknown };
 
-  /// Reads a file. Duplicate keys, NaN literals, numbers outside the range of a double and trailing garbage are errors.
+  /// Reads a file. The following are errors: duplicate keys, the literal NaN, numbers outside the range of a double,
+  /// and text after the document.
   static Json load(const std::filesystem::path& file);
   /// Parses text. Error messages use `name` in place of the file's path.
   static Json parse(std::string_view text, std::string_view name, Lines lines = Lines::kNamed);
@@ -38,29 +39,29 @@ class Json {
   std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
   std::vector<Json> items() const;                       // elements of an array
   std::vector<std::string> keys() const;                 // keys of an object
-  /// Throws Error if the object has any other key.
+  /// Throws Error if the object has a key that is not in this list.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
-  /// Returns a finite number within [min, max]. Throws Error for any other value.
+  /// Returns a finite number from min to max. Throws Error for any other value.
   double number(double min = -std::numeric_limits<double>::infinity(),
                 double max = std::numeric_limits<double>::infinity()) const;
   long long integer(long long min = std::numeric_limits<long long>::min(),
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;                                    // [x, y, z]
-  std::vector<double> numbers(std::size_t count) const;  // an array of exactly `count` numbers
+  dvec3 vec3() const;                                    // value of an array [x, y, z]
+  std::vector<double> numbers(std::size_t count) const;  // elements of an array that must have exactly `count` numbers
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
                    double max = std::numeric_limits<double>::infinity()) const;
   bool boolean_or(std::string_view key, bool fallback) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
 
-  /// Throws Error naming this value's place: "FILE: line 7, "a.b[2]": found …, expected …".
+  /// Throws an Error that states the position of this value: "FILE: line 7, "a.b[2]": found …, expected …".
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
-  std::string text() const;  // this value as compact JSON
+  std::string text() const;  // returns this value as compact JSON
 
  private:
   struct Document;

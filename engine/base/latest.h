@@ -1,6 +1,7 @@
 // Passes the newest value from one thread to one other thread (triple buffer). No thread ever waits, and no thread
-// reads a partially written value. The writer is wait-free. The reader is lock-free and retries if the writer has just
-// published. A value that the reader did not fetch in time is overwritten; use ring.h if every value counts.
+// reads a partially written value. The writer is wait-free. The reader is lock-free: it retries if the writer has just
+// published a value. A new value overwrites one that the reader has not fetched. Use ring.h if the reader needs every
+// value.
 #pragma once
 
 #include <array>
@@ -10,19 +11,20 @@
 
 namespace typodont {
 
-/// One writer thread, one reader thread. The writer fills T in place, so that large values (a surface patch) are never
-/// copied. The reader owns the fetched value, and may change it, until its next fetch().
+/// A channel with one writer thread and one reader thread. The writer changes the value of type T in its slot, so that
+/// large values (a surface patch) are never copied. The reader owns the fetched value until its next fetch(), and may
+/// change it.
 template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Every slot starts as a copy of `initial`, so that buffers inside T are allocated at set-up, not in the loop.
+  /// Every slot starts as a copy of `initial`. So memory inside a T is allocated at set-up and not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// Constructor for a T that cannot be copied: every slot is a result of `make`.
+  /// Constructor for a type T that cannot be copied. Each slot gets one result of `make`.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // Functions for the writer thread. back(): the value to fill before it is published.
+  // The following functions are for the writer thread. The writer fills back() and then publishes it.
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -32,8 +34,8 @@ class Latest {
     publish();
   }
 
-  /// Moves the published value back into back(), so that the writer can change it. Returns false if the reader has
-  /// already fetched it.
+  /// Takes back the value that was published last, so that the writer can change it in back(). Returns false if the
+  /// reader has already fetched this value.
   bool take_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;
@@ -41,11 +43,11 @@ class Latest {
     return true;
   }
 
-  // Functions for the reader thread.
-  /// Fetches the newest value. Returns true if the value was published after the last fetch.
+  // The following functions are for the reader thread.
+  /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
-    // A plain exchange would be wrong: after this load the writer may take back the fresh value and leave an old one in
-    // the slot. The loop repeats only if the writer published after the load.
+    // A plain exchange would be wrong: after this load the writer may take back the new value and leave an old value in
+    // the slot. The exchange fails and the loop repeats if the writer changed the slot after the load.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -55,7 +57,7 @@ class Latest {
     }
     return false;
   }
-  /// Puts the fetched value back as if it had not been fetched. Returns false if the writer has published a newer
+  /// Undoes the last fetch, so that the value can be fetched again. Returns false if the writer has published a newer
   /// value.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);

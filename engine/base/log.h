@@ -1,4 +1,5 @@
-// Messages for people, on standard error. Results go to standard output and never through this interface.
+// Prints messages for people on standard error. The results of a command are printed on standard output, not with these
+// functions.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Text for HTML and SVG.
+// Writes text into HTML and SVG.
 #pragma once
 
 #include <string>
@@ -6,7 +6,8 @@
 
 namespace typodont {
 
-/// Makes text safe between tags and in attributes. Control characters, which XML does not allow, become spaces.
+/// Escapes text, so that it can stand between tags and in attributes. Control characters, which XML does not allow,
+/// become spaces.
 inline std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
@@ -34,7 +35,8 @@ inline std::string escaped(std::string_view text) {
   return out;
 }
 
-/// The beginning of an HTML page in English, up to and including its heading. `style`: CSS, not escaped.
+/// Returns the beginning of an HTML page in English, up to and including its heading. `style` is CSS and is not
+/// escaped.
 inline std::string page_head(std::string_view title, std::string_view style) {
   const std::string text = escaped(title);
   std::string out =

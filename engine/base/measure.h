@@ -1,4 +1,5 @@
-// Measures the thread CPU time of a piece of work for benches. Repeats it, because machines are shared and noisy.
+// Measures the thread CPU time of a function for benches. The function is repeated, because other programs on the
+// machine disturb single measurements.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 
 namespace typodont {
 
-/// Quantile of the values at `fraction` (0..1). Needs at least one value.
+/// Quantile of the values. `fraction` (0..1) is 0.5 for the median. There must be at least one value.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
@@ -18,8 +19,8 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// Samples the values of a run of any length in bounded memory, for quantiles. The sample contains all values while
-/// there are fewer than kMost, then every second value, then every fourth value, and so on.
+/// A sample of the values of a run of any length, in bounded memory, from which quantiles are computed. It contains
+/// every value until there are kMost of them, then every second value, then every fourth value, and so on.
 class EvenSample {
  public:
   void add(double value) {
@@ -30,7 +31,7 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// Quantile of the sampled values; 0 if there are no values.
+  /// Quantile of the sampled values, or 0 if there are no values.
   double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;
@@ -41,7 +42,7 @@ class EvenSample {
 };
 
 struct MeasuredTimes {
-  double median = 0, slow = 0;  // ns, median and 90th percentile (`slow`)
+  double median = 0, slow = 0;  // ns; `slow` is the 90th percentile
 };
 
 /// Runs `work` in the calling thread `repeats` times (at least 1) and measures the thread CPU time of each run.

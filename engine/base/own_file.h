@@ -1,11 +1,12 @@
-// Finds the file of the running code, because data files lie beside it.
+// Finds the file that contains the running code. Data files are searched in its folder.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// Path of the program or shared library that contains this code, with links resolved; empty if the path is unknown.
+/// Path of the program or shared library that contains this code, with links resolved. The path is empty if it is
+/// unknown.
 std::filesystem::path own_file();
 
 }  // namespace typodont

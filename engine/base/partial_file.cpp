@@ -31,11 +31,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kHead = 4096;  // bytes, read from the beginning of an existing file to recognise its kind
+constexpr std::size_t kHead = 4096;  // number of bytes that are read from an existing file to recognise its kind
 constexpr std::size_t kRandomDigits = 16;
 
-/// Paths of the partially written files, for signal handlers. A file that finds no free entry is removed only by the
-/// destructor.
+/// Paths of the partially written files, for signal handlers. If the array has no free entry for a file, only the
+/// destructor removes this file.
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
@@ -75,7 +75,8 @@ bool is_gone(pid_t process) {
   return kill(process, 0) != 0 && errno == ESRCH;
 }
 
-/// The process number in "PREFIX123.0123456789abcdefSUFFIX"; 0 if the name has another form.
+/// Returns the process number in a name of the form "PREFIX123.0123456789abcdefSUFFIX", or 0 if the name has another
+/// form.
 pid_t process_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
   const std::size_t around = prefix.size() + 1 + kRandomDigits + suffix.size();
   if (!name.starts_with(prefix) || !name.ends_with(suffix) || name.size() <= around) return 0;
@@ -112,8 +113,8 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. It is listed before it is created, so that a signal
-/// handler always finds it.
+/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. The path is entered in the list for signal handlers
+/// before the file is created, so that a signal never leaves the file behind.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {
@@ -182,7 +183,8 @@ void PartialFile::check_target() {
     return;
   }
   if (S_ISCHR(is.st_mode) || S_ISFIFO(is.st_mode)) {
-    // Opening a FIFO without a reader fails at once with ENXIO instead of waiting for a reader.
+    // With O_NONBLOCK, opening a FIFO that nobody reads fails at once with ENXIO. Without it, open() would wait for a
+    // reader.
     stream_ = ::open(file_.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (stream_ < 0)
       refuse(errno == ENXIO && S_ISFIFO(is.st_mode) ? "a FIFO that nobody reads" : std::strerror(errno),
@@ -213,8 +215,9 @@ void PartialFile::check_target() {
     refuse("a file of another kind", fmt::format("{} to replace, or a new name", name_of(kind_)));
 }
 
-/// Copies mode, owner and group of the replaced file. A user who may not change the owner copies what is permitted, and
-/// gives nobody a permission that the old file did not give.
+/// Copies mode, owner and group of the replaced file to the new file. If the user may not change the owner, the
+/// function copies what is permitted, and removes permissions that would give others more rights than the old file gave
+/// them.
 void PartialFile::take_over_owner(int fd) const {
   struct stat old {};
   if (::lstat(target_.c_str(), &old) != 0) return;
@@ -225,7 +228,8 @@ void PartialFile::take_over_owner(int fd) const {
 }
 
 void PartialFile::copy_into_stream() {
-  // Writing to a FIFO without a reader raises SIGPIPE, which would end the program; here it becomes an ordinary error.
+  // Writing to a FIFO that nobody reads raises the signal SIGPIPE, which would end the program. The signal is blocked
+  // here, so that write() returns an error instead.
   sigset_t pipe, before;
   sigemptyset(&pipe);
   sigaddset(&pipe, SIGPIPE);
@@ -261,14 +265,15 @@ void PartialFile::keep() {
     path_.clear();
     return forget();
   }
-  check_target();  // check again: the target may have changed in the meantime
+  check_target();  // the target may have changed since the first check
   if (!makes_file()) throw Error(file_.string(), "", "a device or FIFO, which was none before", "a file to write");
   {
     const Descriptor made(::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW));
     if (made.get() < 0) throw Error(file_.string(), "", std::strerror(errno), "a writable place");
     take_over_owner(made.get());
   }
-  // Sync the content before the rename, so that after a power cut either the old or the new file is complete.
+  // The content must reach the disk before the rename. Then either the old or the new file is complete after a power
+  // cut.
   if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   fs::rename(path_, target_, code);

@@ -9,24 +9,23 @@
 
 namespace typodont {
 
-/// The existing files that may be overwritten.
+/// States which existing files may be overwritten.
 enum class Over {
-  kNoInput,  // all existing files except an input of this process (input_file.h)
-  // all files except inputs are allowed, and also inputs of this process: the command reads the file, changes it and
-  // writes it back
+  kNoInput,  // any file except an input of this process (input_file.h)
+  // any file, also an input of this process, for commands that change a file: they read it and write it back
   kItsInput
 };
 
-/// Every file that this program writes is written through this class. The content goes to a temporary file in the
-/// same folder, which is renamed when it is complete. The class refuses to replace a file that this process has read,
-/// a file of another kind, a write-protected file and a directory. A link to a regular file is followed; the file
-/// keeps its mode and, as far as permitted, its owner and group. A device or FIFO is never replaced: the content is
+/// Writes one file. All files of this program are written through this class. The content goes to a temporary file in
+/// the same folder, which is renamed when it is complete. The class refuses to replace a file that this process has
+/// read, a file of another kind, a write-protected file and a directory. A link to a regular file is followed. The file
+/// keeps its mode and, as far as permitted, its owner and group. A device or FIFO is never replaced; the content is
 /// copied into it. The temporary name is unpredictable and always new (O_EXCL, O_NOFOLLOW). The constructor first
 /// removes temporary files of killed processes. Any thread may use an object, but only one thread at a time.
 class PartialFile {
  public:
-  /// `part` distinguishes several temporary files for one target. Throws Error, before anything is changed, if the file
-  /// may not be written.
+  /// Prepares to write `file`. `part` distinguishes several temporary files for one target. Throws Error, before
+  /// anything is changed, if the file may not be written.
   explicit PartialFile(std::filesystem::path file, FileKind kind = FileKind::kText, Over over = Over::kNoInput,
                        std::string_view part = {});
   /// Removes the temporary file unless keep() was called.
@@ -34,15 +33,16 @@ class PartialFile {
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// The target as the caller named it.
+  /// The path of the file as the caller stated it.
   const std::filesystem::path& file() const noexcept { return file_; }
-  /// The temporary file to write; it exists and is empty.
+  /// Path of the temporary file, which exists and is empty. The caller writes the content into this file.
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// False if `file` is a device or FIFO; keep() then copies the content into it.
+  /// False if `file` is a device or FIFO. Then keep() copies the content into it instead of renaming the temporary
+  /// file.
   bool makes_file() const noexcept { return stream_ < 0; }
 
-  /// Syncs the temporary file and renames it to `file`, so that the content survives a power cut. Throws Error on
-  /// failure.
+  /// Syncs the temporary file to the disk and renames it to `file`, so that the content survives a power cut. Throws
+  /// Error on failure.
   void keep();
 
  private:
@@ -59,11 +59,12 @@ class PartialFile {
   std::atomic<const char*>* listed_ = nullptr;
 };
 
-/// Throws Error if a PartialFile with these arguments would throw. So the user gets the message before long work.
-/// Leaves no file.
+/// Throws the Error that a PartialFile with these arguments would throw. Commands call this function before long work,
+/// so that the user gets the message early. It leaves no file.
 void require_output(const std::filesystem::path& file, FileKind kind, Over over = Over::kNoInput);
 
-/// Removes all partially written files of this process. Call when the process ends. Safe in signal handlers.
+/// Removes all partially written files of this process. Call when the process ends. Signal handlers may call this
+/// function.
 void remove_partial_files() noexcept;
 
 }  // namespace typodont

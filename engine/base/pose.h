@@ -1,5 +1,6 @@
-// Rigid poses with monogram names (Drake's convention): X_AB is the pose of frame B as seen from frame A. In a product
-// the inner letters are equal: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in ARCHITECTURE.md.
+// Positions and rotations of frames, with names in Drake's convention: X_AB is the pose of frame B as seen from frame
+// A. In a product the inner letters are equal: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in
+// ARCHITECTURE.md.
 #pragma once
 
 #include <algorithm>
@@ -12,16 +13,16 @@ namespace typodont {
 using glm::dquat;
 using glm::dvec3;
 
-/// A rotation and a translation in metres. Always right-handed (a mirror is a flag of the display, never a Pose).
-/// Trivially copyable, so that messages can contain it.
+/// A rotation and a translation in m. A pose never mirrors (a mirror is a flag of the display). The type is trivially
+/// copyable, so that messages between threads can contain it.
 struct Pose {
-  dvec3 p{0, 0, 0};     // m, origin of B in A
-  dquat R{1, 0, 0, 0};  // unit quaternion, rotates vectors from B into A
+  dvec3 p{0, 0, 0};     // m, position of B's origin as seen from A
+  dquat R{1, 0, 0, 0};  // unit quaternion that rotates vectors from B into A
 
-  /// A point given in B, as seen from A.
+  /// Converts a point from frame B to frame A (m).
   dvec3 operator*(const dvec3& p_BQ) const { return p + R * p_BQ; }
   Pose operator*(const Pose& X_BC) const { return {p + R * X_BC.p, R * X_BC.R}; }
-  /// A direction or force given in B, expressed in A.
+  /// Converts a direction or force from frame B to frame A. It is rotated and not translated.
   dvec3 rotate(const dvec3& v_B) const { return R * v_B; }
 };
 
@@ -30,7 +31,8 @@ inline Pose inverse(const Pose& X_AB) {
   return {R_BA * -X_AB.p, R_BA};
 }
 
-/// Straight-line and slerp interpolation; s = 0 gives a, s = 1 gives b.
+/// Pose between a and b: the position lies on a straight line and the rotation is a slerp. s = 0 gives a, and s = 1
+/// gives b.
 inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
@@ -38,7 +40,7 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
 /// The shortest rotation that rotates unit vector `from` into unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
-  if (c < -1.0 + 1e-12) {  // opposite directions: any perpendicular axis is correct
+  if (c < -1.0 + 1e-12) {  // the directions are opposite, so any perpendicular axis is correct
     const dvec3 axis =
         glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0)) : glm::cross(from, dvec3(0, 1, 0)));
     return {0, axis.x, axis.y, axis.z};
@@ -47,13 +49,13 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// Angle of the rotation that rotates a into b: rad, 0 to π.
+/// Angle between the rotations a and b, in rad, from 0 to π.
 inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// Upper bound, in m, of the distance that a point moves if the frame moves from a to b. The point lies within `reach`
-/// (m) of the frame's origin.
+/// Upper bound, in m, of the distance that a point of a body moves if the body's frame moves from a to b. The point
+/// lies within `reach` (m) of the frame's origin.
 inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }

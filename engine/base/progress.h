@@ -1,5 +1,5 @@
-// Progress of long work as text and as a fraction, and a request to cancel the work. One thread works; any number of
-// threads may watch.
+// Shows the progress of long work as text and as a fraction, and passes a request to cancel the work. One thread does
+// the work, and any number of threads may watch it.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// The work stopped because it was cancelled. Its output file does not exist.
+/// Thrown when the user cancelled the work. The output file of the work does not exist then.
 class Cancelled : public RunFailure {
  public:
   Cancelled() : RunFailure("cancelled; nothing was left half written") {}
@@ -21,10 +21,10 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// Constructor for work that another thread watches.
+  /// Constructor for work whose progress another thread shows.
   Progress() = default;
-  /// Constructor that shows the work on the terminal once the work takes longer than a second. If standard error is a
-  /// terminal, one line is redrawn; otherwise each tenth of the work prints a line. The first Ctrl-C (SIGINT, SIGTERM,
+  /// Constructor that shows the progress on the terminal if the work takes longer than a second. If standard error is a
+  /// terminal, one line is redrawn; otherwise each tenth of the work prints a line. The first signal (SIGINT, SIGTERM,
   /// SIGHUP) cancels the work, and the second one ends the program at once (interrupt.h). Only one such object may
   /// exist at a time.
   explicit Progress(std::string_view line);
@@ -32,13 +32,13 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // Called by the worker.
-  /// Begins a stage with the name `what` (a literal). The stage's progress 0..1 maps to `from`..`to` of the whole.
+  // The following functions are for the thread that does the work. Begins a stage of the work with the name `what` (a
+  // literal). While the stage progresses from 0 to 1, the progress of the whole work goes from `from` to `to`.
   void stage(const char* what, double from = 0, double to = 1);
-  /// Sets the progress of the stage, 0..1. Throws Cancelled if the work should stop.
+  /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.
   void at(double fraction);
 
-  // Called by watchers and signal handlers.
+  // The following functions are for threads that watch and for signal handlers.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
@@ -47,11 +47,12 @@ class Progress {
  private:
   void show();
 
-  double from_ = 0, to_ = 1;  // begin and end of the stage, fractions of the whole; worker only
+  // progress of the whole work at begin and end of the stage; used only by the working thread
+  double from_ = 0, to_ = 1;
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
-  std::string line_;  // name on the terminal; empty: no output on the terminal
+  std::string line_;  // name of the work on the terminal; if empty, nothing is printed
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;

@@ -24,7 +24,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   const auto say = [&](const auto& words) noexcept {
     try {
       granted.note += words();
-    } catch (const std::bad_alloc&) {  // too little memory for the note
+    } catch (const std::bad_alloc&) {  // there is too little memory for the text of the note
     }
   };
   sched_param param{};
@@ -83,7 +83,7 @@ std::string realtime_refusal() {
 
 void flush_denormals() noexcept {
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() | 0x8040);  // sets the FTZ and DAZ bits
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // sets the processor's FTZ and DAZ bits (flush to zero, denormals are zero)
 #endif
 }
 
@@ -95,7 +95,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns, duration of the spin before the deadline
+  constexpr long long kSpin = 60'000;  // ns; the thread spins for this time before the deadline
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

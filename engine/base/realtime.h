@@ -6,38 +6,42 @@
 namespace typodont {
 
 struct RealtimeRequest {
-  int priority = 80;  // SCHED_FIFO priority
+  int priority = 80;  // SCHED_FIFO priority, 1 to 99
   static constexpr int kOwnCore = -2;
-  // Core to pin the thread to. -1: not pinned. kOwnCore: the last core of this process, if it has at least three and
-  // SCHED_FIFO was granted (an ordinary thread does better if the scheduler can move it).
+  // Number of the processor core to which the thread is pinned. With -1 the thread is not pinned. With kOwnCore it is
+  // pinned to the last core of this process if the process has at least three cores and SCHED_FIFO was granted.
+  // (Without SCHED_FIFO a thread runs better if the scheduler can move it.)
   int core = -1;
-  bool lock_memory = true;  // mlockall
+  bool lock_memory = true;  // true: mlockall() keeps all pages in memory
 };
 
 struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  // States what was refused and how to fix it, if there is memory for the text. Empty: everything was granted.
+  // States which requests were refused and how to fix this, if there is memory for the text. An empty note means that
+  // everything was granted.
   std::string note;
 };
 
-/// Applies to the calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
+/// Requests real-time settings for the calling thread. Never throws: the result states what was refused, and the loop
+/// then runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// Reason why the system refuses SCHED_FIFO to this process, and how to fix it; empty if the system grants it. The
-/// function requests SCHED_FIFO in a separate thread.
+/// States why the system refuses SCHED_FIFO to this process and how to fix this. The text is empty if the system grants
+/// SCHED_FIFO. The function makes the request in a separate thread.
 std::string realtime_refusal();
 
-/// Calling thread: treats denormals as zero, so that decaying filters take no longer than others.
+/// Makes the processor treat denormals as zero in the calling thread. Otherwise a decaying filter would become slow
+/// when its values become denormal.
 void flush_denormals() noexcept;
 
-/// Calling thread: rounds to nearest and keeps denormals, whatever a library or the parent thread has set. Code that
-/// must give the same bits on every thread calls this first.
+/// Makes the calling thread round to nearest and compute with denormals, even if a library or the parent thread has set
+/// other modes. Code that must give the same bits on every thread calls this function first.
 void use_ieee_arithmetic() noexcept;
 
-/// Sleeps until 60 µs before the deadline, then spins. Linux would throttle a FIFO thread that only spins, by 50 ms per
-/// second.
+/// Sleeps until 60 µs before the deadline, then spins until the deadline. If a SCHED_FIFO thread only spun, Linux would
+/// stop it for 50 ms of every second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

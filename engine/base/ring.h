@@ -9,27 +9,27 @@
 
 namespace typodont {
 
-/// Single producer, single consumer, based on Boost.Lockfree, because ThreadSanitizer understands its atomics (unlike
-/// bare fences). Allocates only in the constructor.
+/// A ring for one producer thread and one consumer thread. It uses Boost.Lockfree, because ThreadSanitizer understands
+/// its atomics. Only the constructor allocates memory.
 template <class T>
 class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// For the producer thread: appends a value. Returns false if the ring is full; the loss is counted. Never
-  /// allocates.
+  /// Appends a value. Returns false, and counts the value as lost, if the ring is full. Never allocates. Producer
+  /// thread.
   bool push(const T& value) noexcept {
     if (queue_.push(value)) return true;
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  /// Producer thread: true if the next push() will succeed.
+  /// True if the next push() will succeed. Producer thread.
   bool has_room() const noexcept { return queue_.write_available() > 0; }
-  /// For the consumer thread: removes the oldest value. Returns false if the ring is empty.
+  /// Removes the oldest value and copies it to `value`. Returns false if the ring is empty. Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }
-  /// Consumer thread: number of values that can be popped now.
+  /// Number of values that can be popped now. Consumer thread.
   std::size_t ready() const noexcept { return queue_.read_available(); }
-  /// Any thread: number of values that were lost because the ring was full.
+  /// Number of values that were lost because the ring was full. Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:

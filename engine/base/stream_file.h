@@ -1,4 +1,5 @@
-// Recognises file names that are not regular files: devices, FIFOs and descriptors that this process has open.
+// Recognises file names that do not name a regular file: devices, FIFOs and file descriptors that this process has
+// open.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +7,11 @@
 
 namespace typodont {
 
-/// Number of the descriptor if `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
-/// /dev/fd/63).
+/// Number of the file descriptor if `file` names an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
+/// /dev/fd/63); otherwise no value.
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// True for a character device, a FIFO or an open descriptor, which are written to and never replaced.
+/// True if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

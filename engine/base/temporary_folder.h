@@ -1,11 +1,11 @@
-// A folder for intermediate files of one task.
+// A folder for the intermediate files of one task.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// A new folder that only this user can read; it is deleted with its content when the object is destroyed. Any thread.
+/// A new folder that only this user can read. The destructor deletes the folder and its content. Any thread.
 class TemporaryFolder {
  public:
   /// Throws Error if the folder cannot be created.

@@ -1,4 +1,5 @@
-// Unit literals for the program's inputs and outputs. Inside, all values are SI: m, N, s, rad, kg, J.
+// Unit literals and factors for the program's inputs and outputs. Inside the program all values are in SI units: m, N,
+// s, rad, kg, J.
 #pragma once
 
 #include <numbers>
@@ -7,7 +8,7 @@ namespace typodont {
 
 inline constexpr double kPi = std::numbers::pi;
 
-// Factors for files whose keys name a unit: value_m = number * kMillimetre.
+// Factors that convert numbers in files to SI units, for example value_m = number * kMillimetre.
 inline constexpr double kMillimetre = 1e-3;               // m
 inline constexpr double kMicrometre = 1e-6;               // m
 inline constexpr double kCubicMillimetre = 1e-9;          // m³

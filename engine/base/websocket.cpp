@@ -9,7 +9,8 @@ namespace typodont {
 
 namespace {
 
-// SHA-1, FIPS 180-4, 6.1. Not for security: the WebSocket handshake uses it to recognise a server.
+// Computes the hash SHA-1 (FIPS 180-4, 6.1). The WebSocket handshake uses it to recognise a server; it does not protect
+// anything.
 std::array<std::uint8_t, 20> sha1(std::string_view text) {
   std::string m(text);
   m += '\x80';
@@ -52,7 +53,7 @@ std::string websocket_accept(std::string_view key) {
 
 std::string websocket_text_frame(std::string_view text) {
   constexpr std::size_t kShort = 126, kMiddle = 1 << 16;
-  std::string frame(1, '\x81');  // a text message in one final frame
+  std::string frame(1, '\x81');  // begins a text message that consists of one frame
   const int bytes = text.size() < kShort ? 0 : text.size() < kMiddle ? 2 : 8;
   frame += static_cast<char>(bytes == 0 ? text.size() : bytes == 2 ? 126 : 127);
   for (int i = bytes - 1; i >= 0; --i) frame += static_cast<char>(std::uint64_t{text.size()} >> (8 * i) & 0xff);

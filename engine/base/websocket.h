@@ -1,4 +1,5 @@
-// Functions for both ends of a WebSocket (RFC 6455). The client is in haptics/devices, the server in engine/app/stream.
+// Functions that client and server of a WebSocket (RFC 6455) need. The client is in haptics/devices, the server in
+// engine/app/stream.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +9,10 @@
 
 namespace typodont {
 
-/// The server's answer to a client's key (RFC 6455, 4.2.2).
+/// Returns the server's answer to the client's key in the handshake (RFC 6455, 4.2.2).
 std::string websocket_accept(std::string_view key);
 
-/// Encodes a text as one unmasked frame from server to client (RFC 6455, 5.2).
+/// Encodes a text as one unmasked frame that the server sends to the client (RFC 6455, 5.2).
 std::string websocket_text_frame(std::string_view text);
 
 }  // namespace typodont

@@ -10,9 +10,9 @@
 
 namespace typodont {
 
-/// 16³ cells with one extra sample on every side, in voxel index space. Cell (i,j,k) of brick `key` spans samples
-/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x is the
-/// slowest index.
+/// A brick of 16³ cells with one extra layer of samples around it. Cell (i,j,k) of the brick `key` has its corners at
+/// the voxels 16·key + (i,j,k) and 16·key + (i+1,j+1,k+1). Sample (x,y,z) of the arrays (each index 0..18) is voxel
+/// 16·key − 1 + (x,y,z); x is the slowest index.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -24,11 +24,12 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  std::array<float, kCount> distance;  // voxels, negative inside the tissue, clamped to the band
-  std::array<Tissue, kCount> tissue;   // kAir only if no tissue is near
+  std::array<float, kCount> distance;  // signed distance in voxels, negative inside the tissue, clamped to the band
+  std::array<Tissue, kCount> tissue;   // kAir only where no tissue is near
 };
 
-/// The voxel grid's position in W: p_W = origin + voxel · index. Distance field and tissue labels use the same frame.
+/// Position of the voxel grid in W: p_W = origin + voxel · index. The distance field and the tissue labels have the
+/// same grid.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in W
   double voxel = 1e-4;         // m, edge of a voxel

@@ -1,4 +1,5 @@
-// A handpiece or the handle of a hand instrument, as pictures show it: the data of a file in assets/handpieces/.
+// The shape of a handpiece or of a hand instrument's handle for pictures. The shape is read from a file in
+// assets/handpieces/.
 #pragma once
 
 #include <array>
@@ -10,45 +11,44 @@
 
 namespace typodont {
 
-/// A circle of the surface of a part, in the part's plane y = 0.
+/// A circular cross-section of a part. Its centre lies in the plane y = 0.
 struct HandpieceRing {
   double x = 0, z = 0;  // m, middle of the circle
-  double radius = 0;    // m
+  double radius = 0;    // m, radius of the circle
 };
 
-/// A tube along a path in the plane y = 0. Both ends are closed.
+/// A part of a handpiece: a tube along a path in the plane y = 0. Both ends are closed.
 struct HandpiecePart {
   std::vector<HandpieceRing> rings;  // at least two rings; the first ring is the one nearest to the tool
   bool smooth = false;               // true: a smooth curve through the rings; false: straight lines between them
-  dvec3 color{0.75, 0.76, 0.78};     // sRGB; the reflectance of metal
-  double roughness = 0.3;            // 0..1
+  dvec3 color{0.75, 0.76, 0.78};     // sRGB colour; for metal, the colour of its reflection
+  double roughness = 0.3;            // roughness of the surface, 0 (mirror) to 1 (dull)
   bool brushed = false;              // true: fine grooves around the part, as on turned metal
   bool metal = true;                 // false: plastic or rubber
-  double glow = 0;                   // 0..1, light that the part emits
+  double glow = 0;                   // brightness of the light that the part emits, 0..1
   std::vector<std::array<double, 2>> bands;  // m, begin and end of each black band, along the path from the first ring
-  // m, begin and end of the knurl, along the path from the first ring; equal: no knurl
+  // Begin and end of the knurl in m, along the path from the first ring. If both are equal, the part has no knurl.
   std::array<double, 2> knurl{0, 0};
-  double width = 1;  // factor of the radius along y; 1: round
+  double width = 1;  // ratio of the tube's radius along y to `radius`; 1: round
   int repeat = 1;    // number of copies, spaced evenly around the tool's axis
 };
 
-/// Frame H: its origin is on the tool's axis, its z points along the shank as in T, and the body extends from the
-/// head towards +x.
+/// A handpiece in its frame H. The origin of H is on the tool's axis, z points along the shank as in T, and the body
+/// extends from the head towards +x.
 struct Handpiece {
   std::string name;
-  bool from_head =
-      // true: H begins at the centre of the tool's head, and the handpiece replaces the tool's shank; false: the
-      // handpiece holds the shank
-      false;
+  // If true, the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's
+  // shank. If false, the handpiece holds the shank.
+  bool from_head = false;
   std::vector<HandpiecePart> parts;
 };
 
-/// How a scene shows handpieces.
+/// States how a scene draws handpieces.
 struct HandpieceView {
   bool shown = true;
   bool open = true;  // true: the handpiece is not drawn where it hides the cut from an eye
-  // rad, rotation about the tool's z, from x of T to x of H; at −35° the handpiece points to the right and to the
-  // user
+  // Rotation angle in rad about the tool's z, from the x of T to the x of H. At −35° the handpiece points to the right
+  // and to the user.
   double roll = -35 * kDegree;
 };
 

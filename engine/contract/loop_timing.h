@@ -1,4 +1,5 @@
-// Timing statistics of a loop: missed deadlines, jitter, slowest tick. Plain data, so that it can pass through Latest.
+// Timing statistics of a loop: missed deadlines, jitter, slowest tick. The types are trivially copyable, because they
+// are sent through the channel Latest.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,8 @@
 
 namespace typodont {
 
-/// Counts of durations in bins of equal ratio, eight to an octave (9 % wide), from 0.1 µs to 0.1 s.
+/// A histogram of durations from 0.1 µs to 0.1 s. Its bins have equal ratios: an octave has eight bins, so a bin is 9 %
+/// wide.
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;
@@ -32,8 +34,8 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// Upper edge, in ns, of the bin that contains the q-quantile; so the result is never below the true quantile. 0 if
-  /// there are no counts.
+  /// Upper edge, in ns, of the bin that contains the quantile q (0..1). So the result is never less than the true
+  /// quantile. The result is 0 if the histogram is empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -45,19 +47,20 @@ struct DurationHistogram {
   }
 };
 
-/// Statistics that the loop's thread records. Trivially copyable.
+/// Timing statistics of one loop. The loop's thread writes them. Trivially copyable.
 struct LoopTiming {
-  Nanos period = 1'000'000;  // nominal period of the device
+  Nanos period = 1'000'000;  // ns, nominal period of the device
   std::uint64_t ticks = 0;
-  std::uint64_t misses = 0;       // number of ticks whose work was not finished when the next sample was due
-  std::uint64_t worst_index = 0;  // number of the tick that took longest
+  std::uint64_t misses = 0;       // number of ticks that were not finished when the next sample was due
+  std::uint64_t worst_index = 0;  // number of the tick that took the longest time
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
-  DurationHistogram jitter;  // |time between two wake-ups - period|
-  DurationHistogram work;    // time from the device's sample to the written force
+  DurationHistogram jitter;  // deviation of the time between two wake-ups from the period
+  DurationHistogram work;    // time from the device's sample to the writing of the force
   Nanos last_woke = 0;
 
-  /// Records one tick: `woke` is when read() returned, `done` is when write() returned. Never allocates.
+  /// Records one tick. `woke` is the time at which read() returned, and `done` is the time at which write() returned.
+  /// Never allocates.
   void record(Nanos woke, Nanos done) noexcept {
     const Nanos took = done - woke;
     if (ticks > 0) {
@@ -77,17 +80,20 @@ struct LoopTiming {
 };
 
 /// The real-time rights that the operating system granted to the servo loop, and the loop's timing. Servo thread →
-/// recorder, render.
+/// recorder, renderer.
 struct LoopReport {
   LoopTiming timing;
   bool fifo = false, pinned = false, memory_locked = false;
-  std::array<char, 320> note{};  // states what was refused and how to fix it; zero-terminated; empty: no refusal
+  // States which rights were refused and how to fix this. The text is zero-terminated, and empty if nothing was
+  // refused.
+  std::array<char, 320> note{};
   // The next fields describe the safety layer of a device with motors.
-  double heat = 0;            // present heat of the motor windings, as a fraction of the limit, 0..1
-  double worst_heat = 0;      // largest `heat` so far
-  double bearable_force = 0;  // N, largest force that the motors may produce now; 0: a device without motors
-  bool armed = false;         // true if a force may reach the hand
-  std::uint32_t safety = 0;   // all SafetyEvent bits since the start
+  double heat = 0;        // present heat of the motor windings, as a fraction of the limit, 0..1
+  double worst_heat = 0;  // largest `heat` so far
+  // N, largest force that the motors may produce now without overheating; 0 if the device has no motors
+  double bearable_force = 0;
+  bool armed = false;        // true if the device may push the hand now
+  std::uint32_t safety = 0;  // all SafetyEvent bits that were set since the start
 
   void say(std::string_view text) noexcept {
     const std::size_t n = std::min(text.size(), note.size() - 1);

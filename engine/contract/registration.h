@@ -1,4 +1,4 @@
-// Result of the registration between the display and the haptic device.
+// The result of the registration between the display and the haptic device.
 #pragma once
 
 #include <array>
@@ -7,11 +7,12 @@
 
 namespace typodont {
 
-/// X_WH and its uncertainty: the covariance of (rotation vector in rad, translation in m), row-major 6×6.
+/// The pose X_WH and its uncertainty, as the 6×6 covariance (row-major) of the rotation vector in rad and the
+/// translation in m.
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};
-  double sigma = 0;  // m, standard deviation of one touched point, per axis
+  double sigma = 0;  // m, standard deviation of the error of one touched point, per axis
 };
 
 }  // namespace typodont

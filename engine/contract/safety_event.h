@@ -1,5 +1,5 @@
-// Events of the safety layer between the motors and the hand (haptics/devices/safe_device.h). The values are bits;
-// several can be set at once. Safety layer → recorder, render.
+// Events of the safety layer between the motors and the hand (haptics/devices/safe_device.h). Each event is a bit,
+// because several events can occur at once. Safety layer → recorder, renderer.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ constexpr std::uint32_t bits(SafetyEvent event) {
   return static_cast<std::uint32_t>(event);
 }
 
-/// Names for files and catalogues, in the order of the bits.
+/// Names of the events in files and in catalogues of messages, in the order of the bits.
 inline constexpr std::array<std::pair<SafetyEvent, std::string_view>, 11> kSafetyEventNames{{
     {SafetyEvent::kNotFinite, "not_finite"},
     {SafetyEvent::kForceLimit, "force_limit"},

@@ -3,8 +3,8 @@
 
 namespace typodont {
 
-/// s, one day. A longer request (a recorded hand path, --seconds) is treated as a mistake, because it would fill any
-/// disk: at 1 kHz a day of ticks is a recording of about 20 GiB.
+/// Longest session in s: one day. A longer time (of a recorded hand path or of --seconds) is treated as a mistake,
+/// because the recording would fill any disk: a day at 1 kHz takes about 20 GiB.
 inline constexpr double kLongestSession = 86400;
 
 }  // namespace typodont

@@ -1,5 +1,4 @@
-// A tissue as a packing of spheres: plain data that the packer creates, that files store and that the contact model
-// reads.
+// A tissue as a packing of spheres. The packer creates the packing, files store it, and a contact model reads it.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +9,22 @@
 
 namespace typodont {
 
-/// Spheres inside the tissue that do not overlap. Metres, frame W. Sphere i is center[i], radius[i], tissue[i]. They
-/// are stored in the order of their placement, larger spheres first. This order is exact only to the resolution of the
-/// packer's grid.
+/// Spheres inside the tissue that do not overlap, in frame W. Sphere i has center[i], radius[i] and tissue[i]. The
+/// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
+/// the resolution of the packer's grid.
 struct SpherePacking {
-  std::vector<dvec3> center;   // m, W
-  std::vector<double> radius;  // m, above 0
+  std::vector<dvec3> center;   // m, in W
+  std::vector<double> radius;  // m; always above 0
   std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 
-  std::uint64_t seed = 0;         // seed of the packer
-  std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the packed tissue
+  std::uint64_t seed = 0;         // seed of the packer's random numbers
+  std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue that was packed
   double max_radius = 0;          // m, largest radius that the packer was allowed to use
   double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
-  PerTissue solid_volume{};       // m³, volume of the tissue; the spheres fill only a fraction of it
+  PerTissue solid_volume{};       // m³, volume of each tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
-  /// Volume of the spheres per tissue, m³.
+  /// Volume of the spheres in each tissue, m³.
   PerTissue sphere_volume() const {
     PerTissue sum{};
     for (std::size_t i = 0; i < size(); ++i) {

@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Label of a voxel. The numbers are part of the file formats (grid "tissue" of a .vdb, columns of the ticks): only
-/// append.
+/// Label of a voxel. File formats store these numbers (grid "tissue" of a .vdb, columns of the ticks). So a new tissue
+/// may only be added at the end.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,
@@ -26,14 +26,15 @@ enum class Tissue : std::uint8_t {
 };
 inline constexpr int kTissueCount = 10;
 
-/// Name of a tissue in all files: "enamel", "cortical_bone" …
+/// Name of a tissue in all files, for example "enamel" or "cortical_bone".
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
 /// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
 struct Material {
-  double stiffness = 1e3;  // N/m, effective stiffness for a head that touches only this tissue, at a coupling of 1 N/mm
-  double specific_energy = 30e9;  // J/m³, energy per removed volume
+  // N/m, stiffness of the contact of a head that touches only this tissue, if the coupling has 1 N/mm
+  double stiffness = 1e3;
+  double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
   double density = 2900;  // kg/m³
@@ -41,10 +42,10 @@ struct Material {
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 
-/// A quantity per tissue, e.g. removed volume in m³.
+/// A quantity for each tissue, for example the removed volume in m³.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// The sum over all tissues, in their order.
+/// Sum of the quantity over all tissues, added in the order of the tissues.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

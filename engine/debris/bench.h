@@ -1,4 +1,4 @@
-// Measures the cost of debris: rows for `typodont bench`.
+// Measures the cost of debris and returns rows for `typodont bench`.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Two cases with chips from drilling a ball of tissue: one second after the last chip was created, and while chips
-/// still fly and bounce. Then a wet ball: droplets and film of a step of 1/30 s. The baseline only reads and writes the
-/// data of each step: positions, velocities and drag factors.
+/// Measures three cases. Two have chips from drilling a ball of tissue: one second after the last chip was created, and
+/// while chips still fly and bounce. The third is a wet ball: droplets and film in a step of 1/30 s. The baseline only
+/// reads and writes the data of each step: positions, velocities and drag factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

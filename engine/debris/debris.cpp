@@ -19,41 +19,45 @@ namespace typodont::debris {
 namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s, drag rate that marks a particle at rest
-constexpr std::uint32_t kRestSteps = 1024;  // steps after which a particle at rest checks whether its tissue is gone
-constexpr std::uint32_t kMostSteps = 1024;  // steps, longest time between two full updates of a moving particle
-constexpr std::size_t kGroup = 32;          // number of particles that share one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;         // m/s, threshold: a slower particle comes to rest
-constexpr double kDragError = 0.1;          // relative error of the drag rate above which the rate is recomputed
-constexpr double kStokesReynolds = 0.02;    // Reynolds number below which Stokes drag has an error of at most 1 %
+constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (1/s) that marks a particle at rest
+// number of steps after which a particle at rest tests whether its tissue was removed
+constexpr std::uint32_t kRestSteps = 1024;
+constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
+constexpr std::size_t kGroup = 32;          // number of particles in a group; a group stores one due step (`first_due`)
+constexpr double kRestSpeed = 0.05;         // m/s; a slower particle comes to rest
+// largest relative error of a particle's drag rate; beyond this error the rate is computed again
+constexpr double kDragError = 0.1;
+constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %
 
 }  // namespace
 
-// A ring buffer in the order of creation. All particles have the same lifetime, so the oldest particles end first, and
-// the living particles occupy one or two ranges.
+// The particles, in a ring buffer in the order of creation. All particles have the same lifetime, so the oldest
+// particle always ends first, and the living particles fill one or two ranges of the buffer.
 struct Debris::State {
   DebrisOptions options;
-  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag, 1/s; keep: see motion.h
-  std::vector<std::uint32_t> due;                      // step at which a particle needs a full update (update_fully)
-  std::vector<std::uint32_t> first_due;  // for each group of kGroup particles: a lower bound of their due steps
-  struct Chip {                          // data of a particle that the inner loop does not need
-    double born_at;                      // s
-    float mass0;                         // kg, mass at creation; 0: removed by suction
-    float diameter;                      // m, of one chip
-    float density;                       // kg/m³
-    float stokes;                        // 1/s, Stokes drag rate (slow particle)
+  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate in 1/s; keep: see motion.h
+  std::vector<std::uint32_t> due;  // step in which a particle needs its next full update (update_fully)
+  // for each group of kGroup particles: a lower bound of the particles' due steps
+  std::vector<std::uint32_t> first_due;
+  struct Chip {      // data of a particle that the inner loop does not need
+    double born_at;  // s, time of creation
+    float mass0;     // kg, mass at creation; 0 if suction has removed the particle
+    float diameter;  // m, diameter of one chip
+    float density;   // kg/m³
+    float stokes;    // 1/s, drag rate of a slow particle (Stokes drag)
     Tissue tissue;
   };
   std::vector<Chip> chips;
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;                // s, length of the last step; `keep` was computed for this length
-  std::uint32_t step = kMostSteps;  // step counter; starts at kMostSteps, because set_due_within() subtracts a phase
+  float last_dt = 0;  // s, length of the last step; `keep` is valid for this length
+  // number of the present step; starts at kMostSteps, because set_due_within() subtracts a number of steps
+  std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
   double gravity = 0;               // m/s²
-  double density_by_viscosity = 0;  // s/m², density over viscosity of the air
+  double density_by_viscosity = 0;  // s/m², density of the air divided by its viscosity
   bool drawn = false;               // true if suction was on in the last step
   glm::dvec3 nozzle_W{0};           // m, position of the nozzle in the last step
   double flow = 0;                  // m³/s, flow of the nozzle in the last step
@@ -76,15 +80,15 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Sets the due step to a step between steps / 2 and `steps` from now. The due step is rounded down to a multiple of a
-  // power of two, so that neighbours of the same age become due together and most groups are skipped. Each group has
-  // its own phase, which distributes the groups over the steps.
+  // Chooses the step of the particle's next full update between steps / 2 and `steps` from now. The number is rounded
+  // down to a multiple of a power of two. Then neighbours of the same age get the same due step, and step() can skip
+  // most groups. Each group has its own offset (phase), so that not all groups are due in the same step.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
-  // Removes a particle whose remaining mass has left the particles. Returns this mass.
+  // Removes a particle and returns its remaining mass in kg.
   double take_out(std::size_t s) {
     const double mass = left(s);
     decayed += chips[s].mass0 - mass;
@@ -103,7 +107,7 @@ struct Debris::State {
   void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction, Film* film) noexcept;
 };
 
-// Full update of one particle: bounce, new drag rate, and the number of steps until the next full update.
+// Makes a full update of one particle: its bounce, its drag rate, and the number of steps until its next full update.
 void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction,
                                  Film* film) noexcept {
   const bool resting = rate[s] >= kStuck;
@@ -141,7 +145,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  // Drag depends on the speed relative to the air, and suction moves the air.
+  // The drag rate depends on the particle's speed relative to the air, and suction moves the air.
   const glm::dvec3 air = suction ? suction_velocity(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
@@ -149,20 +153,20 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   const double factor = reynolds < kStokesReynolds ? 1 : drag_factor(reynolds);
   set_rate(s, static_cast<float>(stokes * factor));
 
-  // Lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate. The
-  // particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to
-  // the sink has halved, the mean speed of the air is less than twice the air's present speed. If velocity and
-  // gravity point away from an obstacle, only the air can move the particle towards the obstacle, because drag does
-  // not reverse a velocity.
+  // Computes a lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate.
+  // The particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to
+  // the nozzle has halved, the mean speed of the air is less than twice its present speed. If velocity and gravity
+  // point away from an obstacle, only moving air can bring the particle to the obstacle, because drag does not reverse
+  // a velocity.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double undisturbed_steps = kMostSteps;  // number of steps until one of these events could happen
+  double undisturbed_steps = kMostSteps;  // lower bound of the number of steps until one of these events
   if (field.distance && contact.inside) {
-    // Between samples the slope of the field is at most √3, and the error of the field is at most half a spacing.
+    // The bound uses that the slope of the interpolated field is at most √3, and its error at most half a spacing.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -175,9 +179,10 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
+    // relative change of the drag rate divided by that of the speed; factor − 1 is 0.15 Re^0.687
+    const double sensitivity = 0.687 * (factor - 1) / factor;
     // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
-    // moves at its terminal velocity.
+    // moves at its terminal velocity instead.
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -207,8 +212,8 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
                              PerTissue& born, double& dropped) noexcept {
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // The chips leave at the cutting side of the head. If there is no contact normal, they leave in all directions
-  // around the axis.
+  // The chips leave the head on its cutting side. If there is no contact normal, they leave in all directions around
+  // the axis.
   const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -226,7 +231,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
     }
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
-      // The last particle gets the remaining mass, so that the sum is exact.
+      // The last particle gets the remaining mass, so that no mass is lost by rounding.
       const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += fraction;
       const dvec3 place = random.in_ball();
@@ -234,10 +239,10 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
       const double length = glm::length(side);
       side = length > 1e-6 ? side / length : axis;
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
-      const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // ω × r
+      const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // velocity of the head's rim: ω × r
       const double speed = glm::length(rim);
-      // The velocity scatters around the rim's velocity. Its component into the tissue is reversed, because a chip
-      // cannot move into the tissue.
+      // The chip's velocity is the rim's velocity with a random deviation. A component into the tissue is reversed,
+      // because a chip cannot move into the tissue.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (normal_length > 0) {
         const dvec3 n = cut.n_C_W / normal_length;
@@ -284,7 +289,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the due steps are invalid and all particles get a full update.
+  // If the nozzle was switched on or moved, the due steps are no longer valid. Then all particles get a full update.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -11,9 +11,10 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMostNeighbours = 16;   // limit of a cell's neighbours; a cell of a smooth surface has eight
-constexpr float kStableShare = 0.4f;  // fraction of a cell's content that may leave it in one substep
-constexpr double kDryMass = 1e-16;    // kg, threshold: a cell with less water is dry
+constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; on a smooth surface a cell has eight
+// largest fraction of a cell's content that may flow out in one substep, for stability
+constexpr float kStableShare = 0.4f;
+constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
 
 Load scaled(const Load& load, double share) {
   Load out;
@@ -26,32 +27,33 @@ Load scaled(const Load& load, double share) {
 struct Film::State {
   struct Cell {
     glm::ivec3 sample;
-    glm::vec3 p, n;    // m, point on the surface; unit normal
+    glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
     float area = 0;    // m²
-    float height = 0;  // m, height of the point along `up`
-    float tilt = 0;    // cosine between normal and `up`
+    float height = 0;  // m, height of the point p along `up`
+    float tilt = 0;    // cosine of the angle between normal and `up`
     bool drains = false;
     std::uint8_t count = 0;
-    std::array<std::int32_t, kMostNeighbours> next{};  // slots of the neighbours
-    std::array<float, kMostNeighbours> width{};        // width of the link to each neighbour, divided by its length
+    std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
+    // for each neighbour: width of the link between the cells divided by its length
+    std::array<float, kMostNeighbours> width{};
   };
   FilmOptions options;
   CoarseField field;
-  PerTissue volume_of_kg{};           // m³/kg
-  std::vector<std::int32_t> slot_at;  // slot of each sample's cell; -1: none
+  PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
+  std::vector<std::int32_t> slot_at;  // index (slot) of the cell of each sample; -1 if the sample has no cell
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a loaded cell
-  std::vector<float> content;  // m³, content of each cell
-  std::vector<float> rate;     // 1/s, fastest relative change of each loaded cell
+  std::vector<float> content;  // m³, volume of water and solids in each cell
+  std::vector<float> rate;     // 1/s, largest relative change of the content of each cell
   std::vector<std::int32_t> free_slots;
-  std::vector<std::int32_t> loaded;  // slots of the cells with a load
+  std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
   std::vector<std::uint8_t> is_loaded, is_changed;
   std::vector<std::size_t> present;      // tissues whose solids were deposited at least once
-  std::vector<std::uint8_t> has_solids;  // 0: the cell contains only water, for which the flow is computed faster
+  std::vector<std::uint8_t> has_solids;  // 0 if the cell contains only water; its flow is then computed faster
   std::vector<glm::ivec3> changed;
-  bool wet = false;  // true if a cell contains water
+  bool wet = false;  // true if any cell contains water
   std::uint64_t stepped = 0;
   FilmLedger ledger;
 
@@ -116,8 +118,9 @@ struct Film::State {
   void drop_empty();
 };
 
-/// Makes the cell of a sample if the surface passes through the sample. A plane has one cell for each column of
-/// samples along the axis that is nearest to its normal, so the areas of the cells add up to the area of the plane.
+/// Makes the cell of a sample if the surface passes near the sample; otherwise returns no cell. A plane gets one cell
+/// for each column of samples along the axis that is nearest to the plane's normal. So the areas of the cells add up to
+/// the area of the plane.
 std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const {
   const double d = field.distance[index(s)], h = field.spacing;
   if (std::abs(d) > 0.5 * h) return std::nullopt;
@@ -144,17 +147,18 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Finds the neighbours of a cell, and the widths of its links. Link k has the vector d_k in the tangent plane, and
-/// c_k is the ratio of its width to its length. The condition Σ c_k d_k d_kᵀ = 2 · area · 1 makes the flow on a plane
-/// independent of the plane's direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean and the
-/// symmetric matrix S is the solution of this equation.
+/// Finds the neighbours of a cell and computes the widths of the links to them. Link k has the vector d_k in the
+/// tangent plane, and c_k is the ratio of its width to its length. If Σ c_k d_k d_kᵀ = 2 · area · 1, the flow on a
+/// plane does not depend on the plane's direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean
+/// ratio and S is the symmetric matrix that solves this equation.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  std::array<glm::dvec3, kMostNeighbours> products;  // x², xy, y² of d_k in spacings
+  // products x², xy and y² of the components of each d_k, in spacings
+  std::array<glm::dvec3, kMostNeighbours> products;
   double squares = 0;
   glm::ivec3 d;
   for (d.x = -1; d.x <= 1; ++d.x)
@@ -163,7 +167,7 @@ void Film::State::link(std::int32_t i) {
         const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
         if (j < 0 || cell.count == kMostNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
-        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // the other cell is on the other side of a thin wall
+        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on the opposite face of a thin wall
         const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
         const double x = glm::dot(way, e), y = glm::dot(way, f);
         products[cell.count] = {x * x, x * y, y * y};
@@ -186,18 +190,18 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // The limits ensure that no link transports water uphill, and that none transports much more than the other
-    // links.
+    // Limits the ratio. A negative ratio would move water uphill, and a large ratio would move much more water than the
+    // other links.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
 }
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
-  // The gradient of a sample uses its neighbouring samples, and a cell's links use the neighbouring cells, so the
-  // region is enlarged.
+  // The gradient at a sample uses the neighbouring samples, and a cell's links use the neighbouring cells. So the
+  // changed region is enlarged.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
-  std::vector<std::pair<glm::dvec3, Load>> homeless;  // load of the cells that disappeared
+  std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;
   for (s.x = first.x; s.x <= last.x; ++s.x)
     for (s.y = first.y; s.y <= last.y; ++s.y)
@@ -229,7 +233,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // false, because the slot may get another sample before the change is read
+          is_changed[i] = 0;  // a new cell in this slot must be able to mark itself as changed
           free_slots.push_back(at);
           at = -1;
         }
@@ -264,7 +268,7 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 void Film::State::flow(double dt) {
   const double least = dt / options.most_substeps, per_kg = 1 / options.water_density;
   for (double left = dt; left > 0;) {
-    // Computes the rates of flow to the neighbours from the present levels.
+    // Computes the flow to each neighbour from the present levels.
     float fastest = 0;
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
@@ -281,7 +285,7 @@ void Film::State::flow(double dt) {
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
       if (!(thick > 0) || fraction >= options.most_solids) continue;
-      // Viscosity of the slurry by Krieger & Dougherty 1959, with the intrinsic viscosity 2.5 of spheres.
+      // The viscosity of the slurry follows Krieger & Dougherty 1959; 2.5 is the intrinsic viscosity of spheres.
       const double viscosity =
           options.water_viscosity *
           (fraction > 0 ? std::pow(1 - fraction / options.most_solids, -2.5 * options.most_solids) : 1);
@@ -309,7 +313,8 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // If the shortest substep is too long for a cell, the cell's flow is reduced so that it remains stable.
+      // If even the shortest allowed substep is too long for a cell, its flow is reduced, so that the cell remains
+      // stable.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
@@ -343,7 +348,7 @@ void Film::State::flow(double dt) {
   }
 }
 
-/// Removes the water that evaporates, and the drops that fall from overhangs.
+/// Removes the water that evaporates and the water that drips off overhangs.
 void Film::State::lose(double dt) {
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);

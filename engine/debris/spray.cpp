@@ -13,20 +13,20 @@
 namespace typodont::debris {
 namespace {
 
-// m, distance beyond the field's box from which a droplet counts as flown past the tissue
+// Margin, in m, around the box of the distance field. A droplet that is farther outside has missed the tissue.
 constexpr double kMargin = 4e-3;
-constexpr double kTouch = 0.1e-3;  // m, distance from the head within which the film is flung off
-constexpr double kSlowRim = 0.05;  // m/s, rim speed below which a bur flings nothing off
+constexpr double kTouch = 0.1e-3;  // m; the bur throws off the film at a smaller distance from the head
+constexpr double kSlowRim = 0.05;  // m/s; a bur with a lower rim speed throws nothing off
 
 struct Droplet {
-  dvec3 p, v;  // m, m/s
+  dvec3 p, v;  // position in m, velocity in m/s
   double diameter = 0;
-  double age = 0;  // s
+  double age = 0;  // s, time since the droplet left the nozzle
   Load load;
-  bool flung = false;  // true if the bur has thrown the droplet, which it does only once
+  bool flung = false;  // true if the bur has thrown the droplet off; this happens only once
 };
 
-/// A unit vector perpendicular to `axis`.
+/// Returns a unit vector perpendicular to `axis`.
 dvec3 across(const dvec3& axis) {
   return glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.8 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
@@ -37,9 +37,9 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  // number of parcels that the steps so far should have sprayed, less the number that they have sprayed
+  // Number of parcels that are due but not yet sprayed; its fraction is carried over to the next step.
   double owed = 0;
-  double owed_water = 0;  // kg, the same difference for the mass of water
+  double owed_water = 0;  // kg, mass of water that is due but not yet sprayed
   std::uint64_t number = 0, stepped = 0;
   SprayLedger ledger;
 
@@ -56,7 +56,7 @@ struct Spray::State {
   void land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film);
 };
 
-/// Sprays the water of this step. The droplets leave the nozzles at random times of the step.
+/// Creates the droplets that the nozzles spray in this step. They leave the nozzles at random times within the step.
 void Spray::State::emit(double dt, const SpraySource& source, RandomStream& random) {
   if (!(source.water > 0) || !(nozzles.flow > 0)) return;
   owed += options.parcels_per_second * source.water * dt;
@@ -74,20 +74,21 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
     const dvec3 at_T(nozzles.ring_radius * std::cos(turn), nozzles.ring_radius * std::sin(turn),
                      nozzles.setback - source.head_half);
     const dvec3 aim = glm::normalize(tip_T - at_T);
-    // The components of a random point in the unit ball have the standard deviation 1/√5.
+    // A random point in the unit ball has components with the standard deviation 1/√5; the factor √5 makes it 1.
     const dvec3 direction = glm::normalize(aim + std::sqrt(5.0) * nozzles.cone * random.in_ball());
     const double diameter = nozzles.least_drop * std::pow(nozzles.greatest_drop / nozzles.least_drop, random.uniform());
     Droplet drop{.p = source.X_WT * at_T,
                  .v = source.X_WT.rotate(nozzles.speed * direction),
                  .diameter = diameter,
-                 .age = -dt * random.uniform(),  // the droplet leaves the nozzle after this time
+                 // s; a negative age means that the droplet leaves the nozzle later in this step
+                 .age = -dt * random.uniform(),
                  .load = {}};
     drop.load.water = each;
     launch(drop);
   }
 }
 
-/// The turning bur throws off, as slurry, the film that it touches.
+/// Removes the film that the turning bur touches, and throws it off as droplets of slurry.
 void Spray::State::fling(double dt, const SpraySource& source, Film& film, RandomStream& random) {
   const double rim = std::abs(source.spindle) * source.head_radius;
   if (rim < kSlowRim || film.loaded() == 0) return;
@@ -111,7 +112,8 @@ void Spray::State::fling(double dt, const SpraySource& source, Film& film, Rando
   }
 }
 
-/// A droplet lands on the surface: a slow droplet stays, a fast droplet loses a part of its water as mist.
+/// Lets a droplet land on the surface. A slow droplet stays; a fast droplet splashes and loses a part of its water as
+/// mist.
 void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film) {
   const double speed = std::abs(glm::dot(drop.v, n)) * drop.diameter * options.water_density;
   const double weber = speed * std::abs(glm::dot(drop.v, n)) / options.surface_tension,
@@ -124,7 +126,8 @@ void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Fil
   film.deposit(p, stays);
 }
 
-/// Moves a droplet to the end of the step. Returns false if the droplet has ended.
+/// Moves a droplet to the end of the step. Returns false if the droplet has landed, was sucked off or has left the
+/// scene.
 bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field, Film& film,
                        const Suction* suction, RandomStream& random) {
   double left = drop.age < 0 ? dt + drop.age : dt;
@@ -145,8 +148,8 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
       add(ledger.sucked, drop.load);
       return false;
     }
-    // The droplet moves along its path in steps as long as the distance to the tissue, until it reaches the surface
-    // or the bur.
+    // Moves the droplet along its path to the surface or the bur (sphere tracing): each step is as long as the distance
+    // to the tissue.
     double at = 0;
     bool flung_now = false;
     for (int k = 0; k < 64 && at < length; ++k) {
@@ -165,7 +168,7 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
         const double over = std::max(std::abs(q.z) - source->head_half, 0.0), off = std::hypot(q.x, q.y);
         const double to_bur = std::hypot(over, std::max(off - source->head_radius, 0.0));
         if (to_bur <= 0.5 * drop.diameter && off > 1e-9) {
-          // The bur throws the droplet off with the speed of its rim.
+          // The bur throws the droplet off at the speed of the bur's rim.
           drop.flung = flung_now = true;
           const dvec3 out = source->X_WT.rotate({q.x / off, q.y / off, 0}), axis = source->X_WT.rotate({0, 0, 1});
           const dvec3 rim = glm::cross(source->spindle * axis, source->head_radius * out);
@@ -181,7 +184,7 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
     if (flung_now) continue;
     drop.p = from + way;
     const bool outside = glm::any(glm::lessThan(drop.p, low)) || glm::any(glm::greaterThan(drop.p, high));
-    // A nozzle may lie beyond the box. A droplet that flies away from the box does not come back.
+    // Because a nozzle may lie outside the box of the field, only a droplet that moves away from the box has missed it.
     const dvec3 middle = 0.5 * (low + high);
     if (drop.age > options.lifetime || (outside && glm::dot(drop.p - middle, drop.v) > 0)) {
       add(ledger.left, drop.load);
@@ -230,7 +233,7 @@ std::size_t Spray::write_points(std::span<DebrisPoint> points) const {
   std::size_t written = 0;
   for (const Droplet& drop : state_->droplets) {
     if (written == points.size()) break;
-    // A slurry droplet has the colour of its most frequent solid.
+    // A droplet of slurry has the colour of its most frequent solid.
     const auto& solids = drop.load.solids;
     const auto most = std::max_element(solids.begin(), solids.end());
     const bool slurry = *most > 0.02 * drop.load.water;

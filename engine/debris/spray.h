@@ -1,11 +1,11 @@
-// Droplets: the water of a handpiece's spray, and the slurry that the turning bur throws off the film.
+// Droplets: the water of a handpiece's spray, and the slurry that the turning bur throws off.
 //
 //   Spray spray({.seed = 7});
 //   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if the water is off
 //
-// A droplet flies for a few milliseconds, chips fly for seconds: so droplets have a buffer of their own and are traced
-// to the surface within one step. One thread. Without water and without slurry, step() returns at once. The same calls
-// and seed give the same bits.
+// A droplet flies for a few milliseconds, whereas a chip flies for seconds. Therefore droplets are stored separately
+// from chips, and most of them reach the surface within one step. For one thread. Without water and slurry, step()
+// returns at once. The same calls and the same seed give the same bits.
 #pragma once
 
 #include <cstddef>
@@ -20,38 +20,39 @@
 
 namespace typodont::debris {
 
-/// Poses of the nozzles and of the bur during a step.
+/// The state of the nozzles and of the bur during a step.
 struct SpraySource {
-  Pose X_WT;               // the tool: origin in the head's centre, z along the shank
-  double head_radius = 0;  // m
+  Pose X_WT;               // pose of the tool: origin in the head's centre, z along the shank
+  double head_radius = 0;  // m, radius of the head
   double head_half = 0;    // m, distance from the head's centre to its free end
-  double spindle = 0;      // rad/s, speed about the tool's z, with sign
-  double water = 0;        // 0 … 1, fraction of the nozzles' flow
+  double spindle = 0;      // rad/s, rotation speed about the tool's z, with sign
+  double water = 0;        // flow of water as a fraction of the nozzles' full flow, 0 to 1
 };
 
 struct SprayOptions {
   std::size_t capacity = 4096;
   std::uint64_t seed = 1;
-  // number of simulated droplets per second; each contains the water of several droplets
+  // number of simulated droplets per second; each represents the water of several real droplets
   double parcels_per_second = 12'000;
-  double longest_step = 2e-3;  // s, longest straight part of a droplet's flight
-  double lifetime = 0.5;       // s, age at which a droplet has left the scene
+  double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
+  double lifetime = 0.5;       // s; an older droplet is removed because it has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
-  double scatter = 0.25;  // standard deviation of the velocity of a flung droplet divided by the rim speed
-  // A droplet splashes if We^½ Re^¼ exceeds this number (Mundo, Sommerfeld & Tropea 1995). The fraction `splashed` of
-  // the droplet then leaves as fine mist.
+  double scatter = 0.25;  // standard deviation of the velocity of a thrown-off droplet divided by the rim speed
+  // A droplet splashes if We^½ Re^¼ (Weber and Reynolds number) exceeds this number (Mundo, Sommerfeld & Tropea 1995).
+  // Then the fraction `splashed` of the droplet leaves as fine mist.
   double splash_number = 57.7;
   double splashed = 0.5;
-  double fling_rate = 5;     // 1/s, rate at which a bur at `fling_speed` throws off the film that it touches
-  double fling_speed = 20;   // m/s, rim speed
-  int most_flung = 24;       // limit of the droplets of slurry per step
-  double exposure = 2.5e-4;  // s, time over which a flying droplet is seen as a streak
+  // 1/s, rate at which a bur with the rim speed `fling_speed` throws off the film that it touches
+  double fling_rate = 5;
+  double fling_speed = 20;   // m/s, rim speed of the bur at which `fling_rate` holds
+  int most_flung = 24;       // largest number of droplets of slurry per step
+  double exposure = 2.5e-4;  // s, exposure time of a picture, during which a flying droplet draws a streak
 };
 
-/// Balance of the droplets' mass in kg: sprayed + flung = in_air + deposited + sucked + left + dropped, for water and
-/// for every tissue.
+/// Balance of the droplets' mass in kg, for water and for every tissue: sprayed + flung = in_air + deposited + sucked +
+/// left + dropped.
 struct SprayLedger {
   Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
@@ -66,12 +67,12 @@ class Spray {
   Spray(Spray&&) noexcept;
   Spray& operator=(Spray&&) noexcept;
 
-  /// Advances by dt seconds. `source`: null without a bur.
+  /// Advances the droplets by dt seconds. `source` is null if there is no bur.
   void step(double dt, const SpraySource* source, const CoarseField& field, Film& film,
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  std::uint64_t droplets_stepped() const;  // number of droplets that were moved, summed over all steps
+  std::uint64_t droplets_stepped() const;  // number of moved droplets, summed over all steps
   SprayLedger ledger() const;
   /// Writes the droplets in the air into `points` and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;

@@ -18,7 +18,8 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr std::size_t kHistoryFrames = 6;  // frames, length of the history; more than a window has images
+// number of frames in the history; larger than the number of images of a window
+constexpr std::size_t kHistoryFrames = 6;
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
   return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
@@ -61,7 +62,7 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // The text over each region. Frames in flight that show the same text share it.
+  // The text over each region. Frames that are in flight and show the same text share one object.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
   std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
@@ -83,7 +84,7 @@ struct Compositor::Impl {
     HostPixels to;
     ivec2 target{0};
     Rects parts;         // parts of the target to compose
-    bool waits = false;  // true until the frame is composed
+    bool waits = false;  // true until the frame is composed; then false
     Writings writing;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
@@ -116,7 +117,7 @@ struct Compositor::Impl {
     writing_pipeline = VK_NULL_HANDLE;
   }
 
-  /// Region of an eye in the target. A target with a stereo surface has one layer for each eye.
+  /// Returns the region of an eye in the target. A target with a stereo surface has one layer for each eye.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
     return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
   }
@@ -124,7 +125,7 @@ struct Compositor::Impl {
     static const Hud kNothing;
     return hud ? *hud : kNothing;
   }
-  /// Number of regions in a layout.
+  /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
   /// Draws the text that changed. Returns the parts of the target that change, for each eye's region.
@@ -142,8 +143,8 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// The panels that must be drawn again because a drawn part touches them. Their boxes are added to the parts, because
-  /// a panel must be blended exactly once, completely, over a newly composed background.
+  /// Returns the panels that must be drawn again because a drawn part touches them. Their boxes are added to the parts,
+  /// because a panel must be blended exactly once, completely, over a newly composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -169,7 +170,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// Copies the panels' pixels to the buffer that the shaders of this slot read.
+  /// Copies the panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -193,8 +194,8 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Target area in which a part of an eye's picture is visible. If pictures are stretched, the area is two pixels
-  /// larger on every side.
+  /// Returns the target area in which a part of an eye's picture is visible. If pictures are stretched, the area is two
+  /// pixels larger on every side.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -205,7 +206,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// The parts of the target that must be drawn, for each eye's region; no value: the whole target.
+  /// Returns the parts of the target that must be drawn, for each eye's region; no value: the whole target.
   std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                      const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -284,7 +285,7 @@ struct Compositor::Impl {
     }
   }
 
-  /// Copies the parts of the pictures that the target needs to the memory from which the CPU composes them.
+  /// Copies those parts of the pictures that the target needs to the memory from which the CPU composes them.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];

@@ -64,8 +64,8 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // The offset is divided by the normal's length as well, so that the plane stays the same: {p: n·p = c} is {p:
-  // n/|n|·p = c/|n|}.
+  // The offset is divided by the normal's length, too, because {p: n·p = c} and {p: n/|n|·p = c/|n|} are the same
+  // plane.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -347,7 +347,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // A scale of all lengths changes only entry P23, which is a length.
+  // Only the entry P23 of the projection is a length, so only P23 changes if lengths are in mm.
   return row_major_mm(vulkan_projection(frustum));
 }
 

@@ -28,7 +28,8 @@ std::string_view name_of(Layout layout) noexcept;
 
 /// The physical panel. Its corners are named for the upright picture.
 struct Screen {
-  dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};  // m, W
+  /// m, W, three corners of the panel
+  dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
 };
@@ -37,15 +38,15 @@ struct Screen {
 /// They displace the image of the hand behind the glass towards the eyes, and the picture is displaced equally
 /// (glass_shift).
 struct Mirror {
-  dvec3 normal{0, 1, 0};       // unit
-  double offset = 0;           // m
+  dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in W
+  double offset = 0;           // m, distance of the plane from the origin of W along the normal
   double glass_thickness = 0;  // m, thickness of the glass plate in front of the hand
   double glass_index = 1.52;
 };
 
 struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, W, midpoint between the eyes
-  double ipd = 0.063;           // m
+  double ipd = 0.063;           // m, interpupillary distance
   dvec3 right{1, 0, 0};         // unit vector from the left eye to the right eye
   std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
 };
@@ -57,14 +58,15 @@ struct HmdRig {
   // pose of D, measured for example relative to a haptic arm; no value: the work is placed in front of the user
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  double distance = 0.35, below = 0.22;  // m, position of the work relative to the eyes, without X_WD
-  bool passthrough = false;              // true: shows the room behind the work, if the headset can
-  bool depth = true;                     // true: passes depth to the runtime, if the runtime accepts depth
-  double refresh_hz = 0;                 // Hz, refresh rate of the headset; 0: the runtime chooses
-  double resolution = 1;                 // factor on the runtime's recommended width and height
-  double wait = 15;                      // s, time limit for the user to put the headset on
-  double stall = 3;                      // s, time limit for an answer of the runtime; after it the session ends
-  dvec3 tip{0, 0, -0.06};                // m, position of the tool's head in the controller's aim frame
+  /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
+  double distance = 0.35, below = 0.22;
+  bool passthrough = false;  // true: shows the room behind the work, if the headset can
+  bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth
+  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
+  double resolution = 1;     // factor on the runtime's recommended width and height
+  double wait = 15;          // s, time limit for the user to put the headset on
+  double stall = 3;          // s, time limit for an answer of the runtime; after it the session ends
+  dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {
@@ -78,87 +80,90 @@ struct DisplayRig {
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default
   HmdRig hmd;              // settings for a headset
-  double magnify = 1;      // magnification of the picture: magnified()
+  double magnify = 1;      // magnification of the picture, see magnified()
   std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
-  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to those on the bench
+  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to the lengths on the bench
 };
 
-/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point is `rig.magnify_about`, or
-/// `about` (m, W) if the rig has none. Screen, mirror and eyes move towards this point, so that all their distances
-/// from it shrink by that factor; this gives the magnified picture. The haptic base does not move, so that the visual
-/// and the haptic position agree only at the fixed point.
+/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point of the magnification is
+/// `rig.magnify_about`, or `about` (m, W) if the rig has none. All distances of screen, mirror and eyes from the fixed
+/// point are divided by the magnification; this gives the magnified picture. The haptic base does not move, so the
+/// visual and the haptic position agree only at the fixed point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
-/// Reads a rig file (docs/interface.md). Throws Error naming file, key, found and expected.
+/// Reads a rig file (docs/interface.md). Throws Error with the file, the key, the value that was found, and the value
+/// that was expected.
 DisplayRig load_rig(const std::filesystem::path& file);
 DisplayRig parse_rig(const Json& json);
 
 struct ClipRange {
-  double near = 0.1;  // m, distance from the eye along the picture's normal
-  double far = 2.0;   // m
+  double near = 0.1;  // m, distance of the near plane from the eye along the picture's normal
+  double far = 2.0;   // m, distance of the far plane from the eye along the picture's normal
 };
 
-/// Cross-section of the frustum with the near plane, m, in E.
+/// Cross-section of the frustum with the near plane; m, frame E.
 struct Frustum {
   double left = 0, right = 0, bottom = 0, top = 0, near = 0, far = 0;
 };
 
 /// View and projection of one eye.
 struct EyeView {
-  dvec3 position{0, 0, 0};  // m, W
-  dmat4 view{1.0};          // W → E, m; determinant −1 if flip
-  dmat4 projection{1.0};    // E → Vulkan clip space
+  dvec3 position{0, 0, 0};  // m, W, position of the eye
+  dmat4 view{1.0};          // maps W to E, m; the determinant is −1 if `flip` is true
+  dmat4 projection{1.0};    // maps E to Vulkan's clip space
   Frustum frustum;
   bool flip = false;  // true if the picture is seen in a mirror; the winding of front faces is then reversed
 };
 
-/// The projection in OpenGL's clip space (y up, depth −1..1), as in the literature; for comparison.
+/// Returns the projection in OpenGL's clip space (y up, depth −1..1), as in the literature; for comparison.
 dmat4 opengl_projection(const Frustum& frustum);
-/// The projection in Vulkan's clip space (y down, depth 0..1).
+/// Returns the projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
+/// Returns the reflection of p in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
-/// The mirror image of the panel.
+/// Returns the mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the midpoint p_WC
-/// between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement, so that
-/// corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a pixel.
-/// The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
+/// Returns the displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the
+/// midpoint p_WC between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement,
+/// so that corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a
+/// pixel. The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
 /// degrees.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
-/// Generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen, or to its mirror image if there
-/// is a mirror (real eye, reflected screen). `shift` is the glass_shift() of the picture. Throws Error if the eye lies
-/// behind the picture or in its plane.
+/// Returns the generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen. If there is a
+/// mirror, the projection is from the real eye to the screen's mirror image. `shift` is the glass_shift() of the
+/// picture. Throws Error if the eye lies behind the picture or in its plane.
 EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
                  const dvec3& shift = dvec3(0));
 
-/// Positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
+/// Returns the positions of the left and right eye. In a mono layout, both are at the midpoint between the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
-/// True if both of the head's eyes are at least 5 cm in front of the picture.
+/// Returns true if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is closer or more distant.
+/// Returns the near and far planes around the workspace: 0.1 m and 2 m, or farther apart if the picture is closer or
+/// more distant.
 ClipRange clip_range(const DisplayRig& rig);
-/// Views of the left and the right eye.
+/// Returns the views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 
-/// Orientation in which flat text must be drawn so that the user can read it upright. The columns are the user's
-/// right and up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly one
-/// axis.
+/// Returns the orientation in which flat text must be drawn so that the user can read it upright. The columns are the
+/// user's right and up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly
+/// one axis.
 dmat2 upright(const DisplayRig& rig);
 
-/// The matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
+/// Returns the matrix as 16 numbers, row-major, with lengths in mm, as in frame.json.
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Size of one eye's picture in pixels, for a screen of the given size; and size of the composed screen, for an eye's
-/// picture of the given size.
+/// The first function returns the size (pixels) of one eye's picture for a screen of the given size. The second
+/// function returns the size of the composed screen for an eye's picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
-/// Inverse of screen_pixels(): size of one eye's picture in pixels, in a composed screen of the given size.
+/// Returns the size (pixels) of one eye's picture in a composed screen of the given size. This is the inverse of
+/// screen_pixels().
 ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

@@ -23,12 +23,12 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Parameters of MotionFilter: noise of camera trackers after OpenTrack's own filter, and agility of a user's head
-// during work.
-constexpr double kPositionSigma = 0.5e-3;  // m
-constexpr double kPositionAgility = 0.15;  // m/s^1.5
-constexpr double kDirectionSigma = 5e-3;   // rad
-constexpr double kDirectionAgility = 1;    // rad/s^1.5
+// Parameters of MotionFilter. Sigma: noise of camera trackers after OpenTrack's own filter. Agility: square root of the
+// spectral density of the acceleration of a user's head during work.
+constexpr double kPositionSigma = 0.5e-3;  // m, noise of the position
+constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the acceleration's spectral density
+constexpr double kDirectionSigma = 5e-3;   // rad, noise of the direction
+constexpr double kDirectionAgility = 1;    // rad/s^1.5, square root of the angular acceleration's spectral density
 
 template <class Number>
 std::optional<Number> whole_number(std::string_view text, Number highest) {
@@ -44,8 +44,8 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Age of a message, ns, from the kernel's time stamp. Users can change the clock of the time stamp, so an impossible
-/// age counts as 0.
+/// Returns the age of a message (ns), computed from the kernel's time stamp. Users can change the clock of the time
+/// stamp, so an impossible age counts as 0.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -161,8 +161,9 @@ HeadTracker::~HeadTracker() {
 }
 
 void HeadTracker::poll() noexcept {
-  // The buffer has one byte more than a packet, so that longer packets are detected. The loop reads at most two seconds
-  // of the fastest tracker's packets, so that a flood of packets cannot block the picture.
+  // The buffer has one byte more than a packet, so that longer packets are detected. The loop reads at most 500
+  // packets, so that a flood of packets cannot delay the picture. The fastest tracker sends so many packets in two
+  // seconds.
   for (int most = 500; most > 0; --most) {
     std::array<std::byte, kPacketBytes + 1> bytes;
     alignas(cmsghdr) std::array<char, 128> control;

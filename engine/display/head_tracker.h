@@ -20,15 +20,15 @@ struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// No value if the text is not a valid address.
+/// Returns no value if the text is not a valid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
 /// Motion of the head relative to its rest pose, as OpenTrack sends it, in SI units. Axes: x to the user's right, y up,
 /// z backwards, away from the picture. Rotations about y (yaw), x (pitch), z (roll), right-handed, applied in this
 /// order.
 struct HeadMotion {
-  dvec3 translation{0};                 // m
-  double yaw = 0, pitch = 0, roll = 0;  // rad
+  dvec3 translation{0};                 // m, displacement from the rest pose
+  double yaw = 0, pitch = 0, roll = 0;  // rad, rotations from the rest pose
 };
 /// Parses a packet of 48 bytes: six little-endian doubles, in cm and degrees. No value if a number is not finite or not
 /// plausible for a head (limits: 2 m, 360 degrees).
@@ -43,8 +43,8 @@ class MotionFilter {
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
   /// Ignores a sample that is not newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
-  /// Extrapolates at most kHorizon beyond the newest sample; after this time the value stays constant. Zero before
-  /// the first sample.
+  /// Returns the value at time t. It is extrapolated at most kHorizon beyond the newest sample, and constant after this
+  /// time. Before the first sample it is zero.
   dvec3 at(Nanos t) const noexcept;
 
   // ns, limit of the extrapolation; after a longer time a constant value is better
@@ -65,7 +65,7 @@ class HeadTracker {
  public:
   struct Stats {
     std::uint64_t samples = 0;
-    std::uint64_t dropped = 0;  // packets with invalid content
+    std::uint64_t dropped = 0;  // number of packets with invalid content
   };
 
   /// Opens the socket at the address `rig.head.tracker`. The rest pose is given by the rig's eye centre and right
@@ -78,7 +78,7 @@ class HeadTracker {
 
   /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// The head at time t, normally the time of display. Before the first sample, this is the rest pose.
+  /// Returns the head at time t, normally the time of display. Before the first sample, this is the rest pose.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 

@@ -1,5 +1,5 @@
 // A headset through OpenXR: the poses of the eyes at the time of display, the output of the pictures, and hand input.
-// One thread owns it, the render thread. OpenXR's loader is opened only here, and only on request. Order of calls:
+// Only the render thread uses it. OpenXR's loader is opened only here, and only on request. Order of calls:
 //
 //   open()    loads loader, runtime and headset; Vulkan must then be created with device_options()
 //   begin()   creates the session, a swapchain with two layers, and the actions
@@ -27,16 +27,16 @@ struct HmdHand {
   bool tracked = false;
   Pose X_WT;
   Pose X_DT;                 // pose of the tool in the headset's space, as measured
-  double pedal = 0;          // 0..1, the trigger
-  bool change_tool = false;  // the controller's button was pressed since the last frame
-  bool mirror = false;       // the button for the mouth mirror was pressed since the last frame
+  double pedal = 0;          // pedal position, 0..1; the controller's trigger is the pedal
+  bool change_tool = false;  // true if the controller's button was pressed since the last frame
+  bool mirror = false;       // true if the button for the mouth mirror was pressed since the last frame
 };
 
 struct HmdFrame {
   bool draw = false;     // true if a picture is needed; otherwise call submit() without a picture
   bool focused = false;  // true if the hands are available to this program
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
-  double period = 0;     // s
+  double period = 0;     // s, time between two frames
   std::array<EyeView, 2> eyes;
   Pose X_WH;                     // pose of the head (x right, y up, looking along −z)
   std::array<HmdHand, 2> hands;  // hands in the order left, right
@@ -44,9 +44,9 @@ struct HmdFrame {
 
 /// Timing of a frame; it becomes known some frames later.
 struct HmdTiming {
-  Nanos t = 0;  // time at which the frame's poses were requested
+  Nanos t = 0;  // ns, time at which the frame's poses were requested
   bool drawn = false;
-  int missed = 0;             // refreshes of the display without a new picture since the previous frame
+  int missed = 0;             // number of refreshes of the display without a new picture since the previous frame
   double pose_to_submit = 0;  // s, time from the request for poses to the submission of the picture
   double margin = -1e9;       // s, time from the submission to the predicted display; −1e9: unknown
   bool judged = false;        // true if the predicted head pose could be compared with the measured one
@@ -69,7 +69,7 @@ class Hmd {
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
-  /// Creates the session. Throws Error. `work_W`: m, W, the point that recentring places in front of the user.
+  /// Creates the session. Throws Error. `work_W`: m, W; recentring moves this point in front of the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
   /// Waits until the user wears the headset and the runtime requests frames. Throws Error if the headset stays idle.
   virtual void wake() = 0;
@@ -78,7 +78,7 @@ class Hmd {
   /// Processes events and session states. Returns false if the session ended normally. Throws RunFailure if the
   /// session was lost.
   virtual bool poll() = 0;
-  /// True if the runtime requests frames. If false, the caller sleeps briefly and polls again.
+  /// Returns true if the runtime requests frames. If false, the caller sleeps briefly and polls again.
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
@@ -88,7 +88,8 @@ class Hmd {
     std::uint32_t layer = 0;
   };
   virtual void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Depth, 2>& depth) = 0;
-  /// Call after the commands were submitted (frame.draw), or directly after wait() if nothing is drawn.
+  /// Passes the frame to the runtime. Call this function after the commands were submitted (if frame.draw is true), or
+  /// directly after wait() if nothing is drawn.
   virtual void submit(const HmdFrame& frame) = 0;
   virtual void vibrate(int hand, const Vibration& vibration) = 0;
   /// Asks the runtime to end the session. poll() then returns false after some calls.
@@ -97,10 +98,10 @@ class Hmd {
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
   virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
-  /// Triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed since the
-  /// last call.
+  /// Returns the triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed
+  /// since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
-  /// The timings that became known since the last call.
+  /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;
   /// Describes which features are used, and which are not.
   virtual std::vector<std::string> explanations() const = 0;

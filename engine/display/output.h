@@ -26,15 +26,16 @@ struct HostPixels {
 
 /// The destination of a composed frame.
 struct Target {
-  HostPixels memory;  // if set, there is no Vulkan image; the CPU composes into this memory after the eyes are drawn
+  /// if set, there is no Vulkan image: the CPU composes into this memory after the eyes' pictures are drawn
+  HostPixels memory;
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one view; two if the surface itself is stereo
+  std::vector<VkImageView> layers;  // one view; two views if the surface itself is stereo
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // the drawing must wait for this semaphore
   VkSemaphore done = VK_NULL_HANDLE;   // the drawing must signal this semaphore when it has finished
-  bool kept = false;                   // the image still contains the frame that was last composed into it
+  bool kept = false;                   // true if the image still contains the frame that was last composed into it
 };
 
 /// A rectangle of a picture, in pixels.
@@ -54,17 +55,18 @@ class Compositor {
   /// first entry is used.
   using Huds = std::array<const Hud*, 2>;
 
-  /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: row of the panel at which the target
-  /// begins, so that a row-interleaved panel shows the correct eye at every window position. `changed`: the parts of
-  /// each eye's picture that are new since the last record(). If the target contains an earlier frame, only the missing
-  /// parts are drawn. Returns the parts of the target that are drawn; no value: everything.
+  /// Records the commands that compose the pictures in the target. `pictures`: two layers or one, in SHADER_READ_ONLY
+  /// layout. `first_row`: row of the panel at which the target begins, so that a row-interleaved panel shows the
+  /// correct eye at every window position. `changed`: the parts of each eye's picture that are new since the last
+  /// record(). If the target contains an earlier frame, only the missing parts are drawn. Returns the parts of the
+  /// target that are drawn; no value: everything.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
-  /// True if the text differs from the text of the last record() with the same layout.
+  /// Returns true if the text differs from the text of the last record() with the same layout.
   bool text_changed(const Huds& huds, Layout layout) const;
-  /// Fills a target in memory after the device has finished the slot's commands.
+  /// Composes a target in memory after the device has finished the slot's commands.
   void compose(int slot);
 
  private:
@@ -77,7 +79,7 @@ struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};                               // position in the picture, −1..1, y up
   bool left = false, right = false, middle = false;  // true: down, or pressed and released since the last poll
-  bool shift = false;                                // the shift key is down
+  bool shift = false;                                // true if the shift key is down
   double wheel = 0;                                  // steps of the wheel since the last poll
   std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
@@ -98,44 +100,45 @@ struct UserInput {
 class Output {
  public:
   virtual ~Output() = default;
-  /// The next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure if
-  /// the surface is permanently lost.
+  /// Returns the next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure
+  /// if the surface is permanently lost.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows the last target: all of it, or only the given parts. Call after submitting. If the target is memory,
-  /// `finish` is called when the picture is due; it waits for the device and composes the picture.
+  /// Shows the last target: all of it, or only the given parts. Call it after the commands were submitted. If the
+  /// target is memory, `finish` is called when the picture is due. `finish` waits for the device and composes the
+  /// picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// False if the picture is not visible to anybody, for example in a minimised window.
+  /// Returns false if the picture is not visible to anybody, for example in a minimised window.
   virtual bool visible() const { return true; }
-  /// True if the screen lost its content (resized, uncovered): the frame must be composed again even if nothing
-  /// moved.
+  /// Returns true if the screen lost its content (because it was resized or uncovered). Then the frame must be composed
+  /// again even if nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
-  /// Lets the surface fail as if the desktop had removed it. For tests.
+  /// Lets the surface fail as if the desktop had removed it. Only for tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// Waits until an event from the user or the desktop arrives, but at most for `most`.
+  /// Waits until an event from the user or the desktop arrives, but at most for the time `most` (ns).
   virtual void wait(Nanos most);
-  /// Number of requests that all windows of the program have sent to the desktop so far.
+  /// Returns the number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
-  /// Scale factor for text; 1 on an ordinary screen.
+  /// Returns the scale factor for text, which is 1 on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
-  /// Gives the keyboard focus to this window.
+  /// Makes this window receive the keyboard input.
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// Call if another window covers this monitor. Moves this window to the next monitor, if one exists, and limits its
-  /// size to that monitor.
+  /// Moves this window to the next monitor, if there is one, and limits the window's size to that monitor. Must be
+  /// called if another window covers this monitor.
   virtual void leave_monitor(int) {}
-  /// Time between two refreshes of the screen, s; 0 for a picture in memory.
+  /// Returns the time (s) between two refreshes of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back as RGBA bytes. Only for a picture in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 
-/// True if there is a desktop on which a window can be opened.
+/// Returns true if there is a desktop on which a window can be opened.
 bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
@@ -144,18 +147,19 @@ std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
-  int output = -1;                      // number of the monitor for full screen; −1: a window
-  bool fits_screen = false;             // limits the window's size to the screen's free area
-  bool stereo_surface = false;          // requests a surface with two layers, for frame-sequential displays
-  bool composed = false;                // a Compositor fills the targets; with software rendering, in memory
+  int output = -1;              // number of the monitor for full screen; −1: a window
+  bool fits_screen = false;     // true: the window's size is limited to the screen's free area
+  bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
+  /// true: a Compositor fills the targets; with software rendering, the targets are in memory
+  bool composed = false;
   double most_frames_per_second = 120;  // Hz, limit of the frame rate if presenting does not wait for the screen
 };
-/// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
+/// Returns the Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();
 /// Opens a window, which handles resizing, minimising and a lost surface. Throws Error.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
-/// The connected screens, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error if there is no
-/// desktop.
+/// Returns the connected screens, in the order of WindowOptions::output, for example "DP-1, 1920 × 1080". Throws Error
+/// if there is no desktop.
 std::vector<std::string> monitors();
 #endif
 

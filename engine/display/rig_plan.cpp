@@ -15,18 +15,18 @@ constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of
 /// A half space outward · p ≤ offset with |outward| = 1.
 struct Limit {
   dvec3 outward;
-  double offset;  // m
+  double offset;  // m, distance of the boundary plane from the origin along `outward`
   std::string name;
 };
 
-/// The half space bounded by the plane through three points. It contains the point `inside`.
+/// Returns the half space that is bounded by the plane through three points and contains the point `inside`.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
   return {n, glm::dot(n, a), std::move(name)};
 }
 
-/// Intersection of the line through p and q with the plane normal · p = offset.
+/// Returns the intersection of the line through p and q with the plane normal · p = offset.
 dvec3 meet(const dvec3& p, const dvec3& q, const dvec3& normal, double offset) {
   const dvec3 d = q - p;
   return p + ((offset - glm::dot(normal, p)) / glm::dot(normal, d)) * d;
@@ -53,7 +53,7 @@ void solve(std::array<std::array<double, N>, N>& A, std::array<double, N>& b) {
 }
 
 struct LargestBox {
-  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m
+  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m, middle and half edges of the box
 };
 
 /// Computes the largest axis-parallel box inside all limits. The origin must lie strictly inside all of them. The box
@@ -63,7 +63,7 @@ struct LargestBox {
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // c and h in units of `room`
+  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // initial c and h, divided by `room`
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;
   std::vector<double> bounds;
@@ -119,7 +119,7 @@ LargestBox largest_box(const std::vector<Limit>& limits) {
   return {room * dvec3(x[0], x[1], x[2]), room * dvec3(x[3], x[4], x[5])};
 }
 
-/// True if two segments cross in the side view (y, z).
+/// Returns true if two segments cross in the side view (y, z).
 bool cross_in_side_view(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   const auto side = [](const dvec3& p, const dvec3& q, const dvec3& r) {
     return (q.y - p.y) * (r.z - p.z) - (q.z - p.z) * (r.y - p.y);
@@ -194,7 +194,8 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   // Checks that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  const auto within_view = [&](const dvec3& p) {  // p is between the outermost lines of sight, in front of the glass
+  // true if p is between the outermost lines of sight, in front of the glass
+  const auto within_view = [&](const dvec3& p) {
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
     };
@@ -247,7 +248,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Finds the limit of each face: the limit that is violated first if the face moves outwards.
+  // For each face of the box, finds the limit that the face would violate first if it moved outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

@@ -18,17 +18,17 @@ struct BenchSpec {
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
   double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the work
-  double ipd = 0.063;         // m
+  double ipd = 0.063;         // m, interpupillary distance
   double gaze = 0;            // rad, angle of the line of sight below the horizontal
   // rad, angle to the horizontal; positive if the far edge of the glass is higher than the near edge
   double mirror_tilt = 0;
-  double picture_tilt = 0;      // rad, angle to the horizontal; 90° is upright
+  double picture_tilt = 0;      // rad, angle between the picture and the horizontal; π/2 for an upright picture
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, limit of the difference between the picture and objects that appear in front of it or behind it: the
-  // eye's depth of focus (Campbell 1957)
+  // dioptres, limit of the difference in focus between the picture and objects that appear in front of it or behind it:
+  // the eye's depth of focus (Campbell 1957)
   double comfort = 0.3;
 };
 
@@ -42,9 +42,9 @@ struct BenchPlan {
   DisplayRig rig;                // panel, mirror and eyes; the arm's middle is at the origin
   Screen picture;                // the panel's mirror image, where the user sees the picture
   std::array<dvec3, 4> glass{};  // m, W: corners of the smallest glass: near left, near right, far right, far left
-  double glass_width = 0, glass_length = 0;  // m
+  double glass_width = 0, glass_length = 0;  // m, size of this glass
   dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; low = high: no box exists
-  std::array<Face, 6> faces;                 // order: -x, +x, -y, +y, -z, +z
+  std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
   std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can be built

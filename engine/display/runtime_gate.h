@@ -34,7 +34,7 @@ class RuntimeGate {
   // Functions for the watching thread:
   /// Duration in s of the present call into the runtime; 0 outside a call.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// Duration in s of the program's own code since the last call; 0 during a call, or after done().
+  /// Returns the duration in s of the program's own code since the last call; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
   /// Abandons the thread. Returns true if the thread is inside a call; it will never return from this call. Returns

@@ -21,7 +21,7 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// Lengths as multiples of half the picture's height.
+// Lengths, as multiples of half the picture's height.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
 // pixels, smallest height of the letters in a text with Chinese characters, whose strokes are closer together
@@ -68,7 +68,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// Breaks `text` at each `gap` into lines that are at most `most` wide.
+/// Breaks `text` into lines that are at most `most` wide, if possible. A line ends only at a `gap`.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -84,8 +84,8 @@ std::vector<std::string> broken_at(std::string_view gap, std::string_view text, 
   return lines;
 }
 
-/// Breaks `text` before Chinese characters into lines that are at most `most` wide. Punctuation stays on the line of
-/// the character before it.
+/// Breaks `text` before Chinese characters into lines that are at most `most` wide, if possible. A run of other
+/// characters is not broken. Punctuation stays on the line of the character before it.
 std::vector<std::string> broken_between_characters(std::string_view text, double most, double height) {
   constexpr std::string_view kStays = "，。：；、！？）";
   std::vector<std::string> lines(1);
@@ -128,7 +128,7 @@ std::string force_text(const Hud& hud) {
   std::replace(text.begin(), text.end(), '.', hud.words.decimal);
   return text;
 }
-/// Filled fraction of the force bar; it changes in steps smaller than a pixel on most screens.
+/// Filled fraction of the force bar. It is rounded to steps that are smaller than a pixel on most screens.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_shown && hud.force_limit > 0
@@ -198,7 +198,7 @@ class Painter {
   Writing::Panel take() { return std::move(panel_); }
 
  private:
-  /// Pixels that a rectangle in user coordinates may touch.
+  /// Returns the box of all pixels that a rectangle in user coordinates may touch.
   WritingBox box_of(const dvec2& lo, const dvec2& hi, const WritingBox& within) const {
     const dvec2 a = map_.to_pixels(lo), b = map_.to_pixels(hi);
     const ivec2 from(glm::floor(glm::min(a, b))), to(glm::ceil(glm::max(a, b)));
@@ -207,8 +207,8 @@ class Painter {
     return {low, high - low};
   }
 
-  /// Signed distance from the edge of a glyph, positive inside. x and y are a position in the glyph's box, in atlas
-  /// pixels.
+  /// Returns the signed distance from the edge of a glyph, positive inside. x and y are a position in the glyph's box,
+  /// in atlas pixels.
   static double distance(const font::Glyph& g, double x, double y) {
     const auto at = [&](int i, int j) {
       i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
@@ -272,7 +272,8 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Height of a glyph in atlas pixels: rows that are at least half inside it. Its box also has a margin.
+/// Height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The glyph's box is
+/// higher, because it has a margin.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {
@@ -290,9 +291,12 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 up = screen.upper_left - screen.lower_left;
   const dvec3 middle = 0.5 * (screen.upper_left + screen.lower_right), sight = middle - rig.head.eye_center;
   const double distance = glm::length(sight);
-  const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));  // the height without foreshortening
-  const double half_height = 0.5 * glm::length(seen) / distance;                  // rad
-  const double x_height = ink_rows(*glyph('x')) / font::kSize;                    // over the height of the letters
+  // component of `up` that is perpendicular to the line of sight
+  const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
+  // rad, angle that half the picture's height subtends at the eye
+  const double half_height = 0.5 * glm::length(seen) / distance;
+  // ratio of the height of x to the height of the letters
+  const double x_height = ink_rows(*glyph('x')) / font::kSize;
   return kLeastXHeight / (x_height * half_height);
 }
 

@@ -19,9 +19,10 @@ struct HudWords {
   char decimal = '.';
 };
 
-/// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
+/// Returns the speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10
+/// rpm.
 std::string spindle_text(double krpm, const HudWords& words = {});
-/// True if the font has all characters of `text` (UTF-8).
+/// Returns true if the font has all characters of `text` (UTF-8).
 bool can_write(std::string_view text);
 
 /// The values that the text shows.
@@ -31,20 +32,21 @@ struct Hud {
   double speed_krpm = 0;
   // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
   bool force_shown = true;
-  double force = 0;        // N
+  double force = 0;        // N, force that is shown
   double force_limit = 5;  // N, force at the bar's end
   std::string hint;        // parts separated by three spaces; lines break there
   HudWords words;
-  double least_letters = 0;  // least height of the letters over half the picture's height: readable_letters()
+  double least_letters = 0;  // least ratio of the letters' height to half the picture's height; see readable_letters()
   glm::dmat2 upright{1.0};   // result of display::upright()
   double aspect = 0;         // width / height of the physical picture; 0: derived from the pixels
 };
 
-/// Least x-height of a text: the angle that it subtends at the eye, rad. ISO 9241-303 recommends 20 to 22 minutes of
-/// arc for whole characters; the small letters are used here, which is stricter.
+/// Least angle (rad) that the x-height of a text subtends at the eye. ISO 9241-303 recommends 20 to 22 minutes of arc
+/// for the height of whole characters. Here the limit is applied to the height of small letters, which is stricter.
 inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
-/// Height of the letters over half the picture's height at which small letters subtend kLeastXHeight at the eyes of a
-/// mirror's rig, in the middle of the picture. 0 for other rigs: a window's size on the desk is not known.
+/// For the rig of a mirror bench, returns the letters' height, as a ratio to half the picture's height, at which small
+/// letters in the middle of the picture subtend the angle kLeastXHeight. Returns 0 for other rigs, because the size of
+/// a window on the desk is not known.
 double readable_letters(const DisplayRig& rig);
 
 /// A box in pixels from the upper left corner of an eye's region on the screen.
@@ -60,7 +62,7 @@ class Writing {
     std::vector<std::uint8_t> rgba;  // rows of box.size.x pixels; premultiplied alpha, sRGB
   };
 
-  /// True if write() would change a pixel.
+  /// Returns true if write() would change a pixel.
   bool differs(const Hud& hud, glm::ivec2 place) const { return shown(hud, place) != shown_; }
   /// Lays out and draws the changed text for an eye's region of the given size. Letters are at least 13 pixels high (19
   /// pixels if the text contains Chinese characters) and as large as the picture allows. Hints that are wider than the

@@ -289,8 +289,8 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // Takes the first memory type with all preferred properties; if none exists, the first with all required
-  // properties.
+  // Chooses the first memory type with all preferred properties. If none exists, it chooses the first memory type with
+  // all required properties.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)

@@ -1,4 +1,5 @@
-// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. Structs with create and destroy.
+// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. The objects are structs with the
+// functions create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -22,16 +23,17 @@ class DeviceLost : public RunFailure {
   using RunFailure::RunFailure;
 };
 
-/// Throws DeviceLost or RunFailure naming the call unless the result is VK_SUCCESS.
+/// Throws DeviceLost or RunFailure, with the call's name, unless the result is VK_SUCCESS.
 void check(VkResult result, const char* call);
 
-/// Allocates ranges of numbers by first fit; free neighbours are merged. Independent of Vulkan.
+/// Allocates ranges of numbers by first fit. Free ranges that touch each other are merged. Independent of Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
   RangeAllocator() = default;
   explicit RangeAllocator(std::uint64_t size);
-  std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);  // kNone if no free range is large enough
+  /// returns kNone if no free range is large enough
+  std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }
   std::uint64_t size() const { return size_; }
@@ -50,13 +52,14 @@ struct Allocation {
 };
 
 struct DeviceOptions {
-  bool validation = false;                       // load the validation layer; its messages are counted and printed
+  /// true: the validation layer is loaded, and its messages are counted and printed
+  bool validation = false;
   std::vector<const char*> instance_extensions;  // instance extensions that a window needs
-  bool present = false;                          // the device must support swapchains
-  bool doubles = false;                          // the device must support double precision in shaders
+  bool present = false;                          // true: the device must support swapchains
+  bool doubles = false;                          // true: the device must support double precision in shaders
   std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
-  // For headsets: the runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty functions: Vulkan
-  // creates them.
+  // For headsets, the runtime creates instance and device itself (XR_KHR_vulkan_enable2), through these functions. If
+  // they are empty, Vulkan creates instance and device.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
@@ -71,23 +74,23 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  // Draws both eyes in one pass. Off for lavapipe 22.3, which has two bugs: clipped triangles lose their view index
-  // and appear in the other eye, and only the first layer of a multisampled pass is resolved.
+  // true: both eyes are drawn in one pass. False for lavapipe 22.3, which has two bugs: clipped triangles lose their
+  // view index and appear in the other eye, and only the first layer of a multisampled pass is resolved.
   bool multiview = true;
-  bool processor = false;  // the Vulkan device is a CPU (software renderer), so less is drawn
+  bool processor = false;  // true: the Vulkan device is a CPU (software renderer), so less is drawn
   int max_samples = 1;
   // pipelines that are stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
 
-  /// Throws Error with installation instructions if there is no Vulkan 1.3 device.
+  /// Creates the device. Throws Error with installation instructions if there is no Vulkan 1.3 device.
   static Device create(const DeviceOptions& options);
   void destroy();
 
-  /// Lets the next submission fail with DeviceLost. For tests.
+  /// Lets the next submission fail with DeviceLost. Only for tests.
   void lose() { lose_ = true; }
   bool take_loss() { return std::exchange(lose_, false); }
 
-  int validation_messages() const;  // number of warnings and errors so far
+  int validation_messages() const;  // number of validation warnings and errors so far
   std::string name() const { return properties.deviceName; }
 
   Allocation allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
@@ -146,7 +149,7 @@ struct FrameRing {
   void wait_idle(Device& device);
 };
 
-/// Records, submits and waits. For set-up and read-back.
+/// Records commands, submits them and waits until they have finished. For set-up and read-back.
 void run_once(Device& device, const std::function<void(VkCommandBuffer)>& record);
 
 }  // namespace typodont::gpu

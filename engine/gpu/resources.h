@@ -1,4 +1,4 @@
-// Buffers, images, shaders and pipelines on a Device. Structs with create and destroy.
+// Buffers, images, shaders and pipelines on a Device. The objects are structs with the functions create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -36,7 +36,7 @@ struct ImageOptions {
   VkExtent2D size{1, 1};
   std::uint32_t layers = 1;
   VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;
-  VkFormat alias = VK_FORMAT_UNDEFINED;  // second format in which shaders can read the same bytes
+  VkFormat alias = VK_FORMAT_UNDEFINED;  // second format in which shaders can read the image's bytes
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
@@ -107,7 +107,7 @@ struct SamplerOptions {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
-  bool compare = false;  // comparison sampler with ≤
+  bool compare = false;  // true: a sampler that compares with ≤
 };
 VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
 
@@ -118,7 +118,7 @@ struct VertexAttribute {
 };
 
 struct PipelineOptions {
-  // SPIR-V code; no fragment shader: only depth is drawn
+  // SPIR-V code. If the fragment shader is empty, only depth is drawn.
   std::span<const std::uint32_t> vertex_shader, fragment_shader;
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::vector<VkVertexInputBindingDescription> bindings;
@@ -129,7 +129,7 @@ struct PipelineOptions {
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;
   VkCompareOp depth_compare = VK_COMPARE_OP_LESS_OR_EQUAL;
-  bool blend = false;  // blends with premultiplied alpha
+  bool blend = false;  // true: blends with premultiplied alpha
   bool color_write = true;
   float depth_bias = 0, depth_bias_slope = 0;
   int samples = 1;

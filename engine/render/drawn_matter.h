@@ -14,7 +14,7 @@ inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{
 // number of tissues and materials; also the length of the arrays in shared.h
 inline constexpr int kMatterCount = kTissueCount + 6;
 
-/// Name of a tissue or material in files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.
+/// Returns the name of a tissue or material in files, for example "enamel" or "rubber". `index`: 0 to kMatterCount - 1.
 inline std::string_view matter_name(int index) noexcept {
   constexpr std::array<std::string_view, kMatterCount - kTissueCount> kNames = {"mucosa", "tongue",  "skin",
                                                                                 "rubber", "acrylic", "plastic"};

@@ -16,25 +16,26 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-constexpr double kLongStep = 2;  // distance between rings of a smooth path over the length of a side
-// rad, angle between two pieces of the outline above which they meet in a sharp edge
+// distance between the rings of a smooth path, as a ratio to the length of a triangle's side
+constexpr double kLongStep = 2;
+// rad, limit: if the angle between two pieces of the outline is larger, they meet in a sharp edge
 constexpr double kSharp = 35 * kDegree;
 constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a band
-const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB
+const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band
 
 /// A circle of a part, and its position along the part's path.
 struct Ring {
   double x, z, radius;
-  double s;  // m
+  double s;  // m, position along the part's path
 };
 
-/// Value at t of the Catmull-Rom curve through four values; t is 0 at b and 1 at c.
+/// Returns the value at t of the Catmull-Rom curve through four values; t is 0 at b and 1 at c.
 double through(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/// The part's rings with their positions along the path. Rings are added on smooth curves, and at the ends of bands
-/// and of the knurl.
+/// Returns the part's rings with their positions along the path. Additional rings are inserted on smooth curves, and at
+/// the ends of bands and of the knurl.
 std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   std::vector<Ring> fine;
   const auto& given = part.rings;
@@ -72,7 +73,7 @@ std::vector<Ring> rings_of(const HandpiecePart& part, double side) {
   return out;
 }
 
-/// Adds one copy of a part, turned about z by `turn` (rad). `side`: m.
+/// Adds one copy of a part, rotated about z by `turn` (rad). `side`: m, wanted length of the triangles' sides.
 void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, double side) {
   const std::vector<Ring> rings = rings_of(part, side);
   double widest = 0, off_axis = 0;
@@ -84,7 +85,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Unit direction of the path at a ring. A part around the tool's axis may have its rings in any order of z.
+  // Returns the unit direction of the path at a ring. A part around the tool's axis may have its rings in any order of
+  // z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -92,7 +94,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     while (hi + 1 < n && rings[hi].s - rings[i].s < 1e-9) ++hi;
     return glm::normalize(dvec2(rings[hi].x - rings[lo].x, rings[hi].z - rings[lo].z));
   };
-  // Unit normal of the outline between ring i and the next ring. x: away from the path; y: along the path.
+  // Returns the unit normal of the outline between ring i and the next ring. x: away from the path; y: along the path.
   const auto slope = [&](std::size_t i) {
     const Ring &a = rings[i], &b = rings[i + 1];
     const double along = off_axis == 0 ? b.z - a.z : b.s - a.s, out = b.radius - a.radius;
@@ -163,8 +165,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// The round cone between the first and the last of these rings; each of its ends is as wide as the widest ring in
-/// its half.
+/// Returns the round cone between the first and the last of these rings. Each of its ends is as wide as the widest ring
+/// in its half of the path.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

@@ -12,11 +12,11 @@ namespace typodont::render {
 
 /// A vertex of a handpiece, frame H.
 struct HandpieceVertex {
-  glm::vec3 p{0}, n{0, 0, 1};     // m
+  glm::vec3 p{0}, n{0, 0, 1};     // position (m) and unit normal
   glm::vec3 middle{0};            // m, point on the part's path; thin parts are widened away from this point
   glm::vec3 around{1, 0, 0};      // unit, direction around the part: the direction of its brushed grooves
   glm::vec3 color{1};             // linear light
-  glm::vec4 look{0.3f, 0, 1, 0};  // roughness, 1 if brushed, 1 if metal, glow
+  glm::vec4 look{0.3f, 0, 1, 0};  // x: roughness; y: 1 if brushed; z: 1 if metal; w: glow
   // x, y: m, position along the path and around the part; y is scaled so that a whole number of knurls fits around
   // the part. z: depth of the knurl, 0..1
   glm::vec3 grip{0};
@@ -24,8 +24,8 @@ struct HandpieceVertex {
 
 /// A sphere swept along a line while its radius changes linearly: the shape that casts the shadow.
 struct RoundCone {
-  dvec3 a{0}, b{0};       // m, H
-  double ra = 0, rb = 0;  // m
+  dvec3 a{0}, b{0};       // m, H, centres of the two ends
+  double ra = 0, rb = 0;  // m, radii at a and b
 };
 
 struct HandpieceMesh {
@@ -40,7 +40,8 @@ inline constexpr double kKnurlPitch = 0.9e-3;
 /// Upper limit of the number of a handpiece's triangles; a file with more triangles is refused (Error).
 inline constexpr std::size_t kMostHandpieceTriangles = 30'000;
 
-/// `side`: m, wanted length of the triangles' sides. Throws Error if the handpiece has too many triangles.
+/// Makes the mesh of a handpiece. `side`: m, wanted length of the triangles' sides. Throws Error if the handpiece has
+/// too many triangles.
 HandpieceMesh make_handpiece_mesh(const Handpiece& handpiece, double side);
 
 }  // namespace typodont::render

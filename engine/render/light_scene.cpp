@@ -14,16 +14,19 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 48;              // per sample of the grid
-constexpr std::int32_t kNothing = -1;  // a ray that leaves the scene
-constexpr std::int32_t kBack = -2;     // a ray that meets the back of a triangle
-constexpr double kInside = 0.25;       // a sample whose rays meet more backs than this fraction is inside a body
-constexpr float kMargin = 20e-6f;      // m, distance from a surface at which a ray starts
+constexpr int kRays = 48;              // number of rays for each sample of the grid
+constexpr std::int32_t kNothing = -1;  // entry of `met` for a ray that leaves the scene
+constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets the back of a triangle
+// limit of the fraction of a sample's rays that meet the back of a triangle; a larger fraction means that the sample is
+// inside a body
+constexpr double kInside = 0.25;
+constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-constexpr float kCurved = 0.15f;  // spacings by which a lookup on a curved surface differs from one on its triangle
-constexpr double kBegin = 0.5;    // distance from a surface, in spacings of the grid, at which its light is looked up
+// spacings of the grid, limit of the distance between the lookup on a curved surface and the lookup on its triangle
+constexpr float kCurved = 0.15f;
+constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
 
-/// Directions distributed evenly over the sphere (Fibonacci's spiral).
+/// Returns directions that are distributed evenly over the sphere (Fibonacci's spiral).
 std::array<glm::vec3, kRays> sphere_directions() {
   std::array<glm::vec3, kRays> all;
   for (int i = 0; i < kRays; ++i) {
@@ -35,7 +38,7 @@ std::array<glm::vec3, kRays> sphere_directions() {
 
 constexpr std::array<glm::vec3, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
-/// A tree of boxes over triangles, for rays.
+/// A tree of boxes over triangles. It finds the triangle that a ray meets.
 class RayTree {
  public:
   explicit RayTree(const std::vector<LitTriangle>& triangles) {
@@ -57,7 +60,8 @@ class RayTree {
     std::uint32_t triangle = 0;
     bool back = false;
   };
-  /// The nearest triangle along a ray, if it is nearer than hit.way. `any`: the first one found is enough.
+  /// Finds the nearest triangle along a ray, if its distance is less than hit.way. `any`: true if it is sufficient to
+  /// know that the ray meets a triangle; then the search ends at the first triangle that is found.
   bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
     if (nodes_.empty()) return false;
     const glm::vec3 inverse = 1.0f / direction;
@@ -96,8 +100,9 @@ class RayTree {
   static constexpr std::size_t kLeaf = 4;
   struct Node {
     glm::vec3 lo{1e9f}, hi{-1e9f};
-    std::uint32_t first = 0, second = 0;  // children, or in a leaf the first triangle
-    std::uint32_t count = 0;              // triangles of a leaf
+    // indices of the two children; in a leaf, `first` is the index of its first triangle
+    std::uint32_t first = 0, second = 0;
+    std::uint32_t count = 0;  // number of triangles in a leaf; 0 if the node has children
   };
   struct Stored {
     glm::vec3 corner, along, beside;
@@ -111,8 +116,9 @@ class RayTree {
     }
   };
 
-  /// The area of the boxes of the two parts, each times its number of triangles, estimates the time of a ray (surface
-  /// area heuristic). The split is the best one of kParts equal steps along the longest axis of the middles.
+  /// Splits the triangles into two parts so that a ray takes little time. The time is estimated by the area of each
+  /// part's box times the part's number of triangles (surface area heuristic). The split with the least estimate is
+  /// chosen from kParts equal steps along the longest axis of the triangles' middles.
   std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
                       std::size_t first, std::size_t end) {
     constexpr int kParts = 12;
@@ -138,7 +144,7 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      std::array<float, kParts> after{};  // cost of the parts from this one on
+      std::array<float, kParts> after{};  // estimated time of all triangles in the steps from this index on
       Box box;
       std::size_t count = 0;
       for (int p = kParts - 1; p > 0; --p) {
@@ -170,14 +176,15 @@ class RayTree {
     nodes_[index] = node;
     return index;
   }
-  /// Distance at which the ray enters the box; a large number if it misses the box.
+  /// Returns the distance at which the ray enters the box; a large number if it misses the box.
   static float entry(const Node& node, const glm::vec3& from, const glm::vec3& inverse) {
     const glm::vec3 a = (node.lo - from) * inverse, b = (node.hi - from) * inverse;
     const glm::vec3 near = glm::min(a, b), far = glm::max(a, b);
     const float in = std::max({near.x, near.y, near.z, 0.0f}), out = std::min({far.x, far.y, far.z});
     return in <= out ? in : std::numeric_limits<float>::max();
   }
-  /// Möller and Trumbore 1997.
+  /// Intersects a ray with a triangle (Möller & Trumbore 1997). Returns true if the triangle is nearer than `hit`, and
+  /// updates `hit`.
   static bool meet(const Stored& t, const glm::vec3& from, const glm::vec3& direction, Hit& hit) {
     const glm::vec3 p = glm::cross(direction, t.beside);
     const float d = glm::dot(t.along, p);
@@ -197,7 +204,7 @@ class RayTree {
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Stored> stored_;  // in the order of `order_`
+  std::vector<Stored> stored_;  // the triangles, in the order of `order_`
 };
 
 /// Calls each(i) for 0 <= i < count on several threads.
@@ -276,16 +283,16 @@ glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
 struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
-  LightGrid empty;  // the grid without light
+  LightGrid empty;  // the grid before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions();
   struct Sample {
-    std::size_t at = 0;  // index in the grid
-    glm::vec3 p{0};      // m, W, where its rays start
-    bool valid = false;  // false: inside a body
+    std::size_t at = 0;  // index of the sample in the grid
+    glm::vec3 p{0};      // m, W, position from which the sample's rays start
+    bool valid = false;  // false if the sample is inside a body
   };
   std::vector<Sample> samples;
-  std::vector<std::int32_t> met;    // per sample and ray: index in `used`, kNothing or kBack
-  std::vector<std::uint32_t> used;  // the triangles that rays met
+  std::vector<std::int32_t> met;    // for each sample and ray: index in `used`, kNothing or kBack
+  std::vector<std::uint32_t> used;  // indices of the triangles that rays met
 
   Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing)
       : triangles(std::move(given)), tree(triangles) {
@@ -298,7 +305,8 @@ struct LightScene::Impl {
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
-  /// Samples that the lookup at a surface may read: those around the box of a triangle that is moved along its normal.
+  /// Finds the samples that a lookup of the light at a surface may read. A lookup is ahead of the surface along its
+  /// normal, so the box of each triangle is moved along its normal; the samples around this box are needed.
   void find_samples() {
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {
@@ -329,8 +337,8 @@ struct LightScene::Impl {
     met.resize(samples.size() * kRays);
     in_parallel(samples.size(), [&](std::size_t s) {
       Sample& sample = samples[s];
-      // A few rays tell whether the sample is inside a body. Then it moves out through the nearest surface, unless that
-      // is farther than a cell.
+      // A few rays decide whether the sample is inside a body. If it is, its rays start outside the nearest surface,
+      // unless this surface is farther away than a cell.
       constexpr std::size_t kFew = 4;
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);
@@ -355,7 +363,7 @@ struct LightScene::Impl {
       }
       sample.valid = backs <= kInside * kRays;
     });
-    // The triangles that rays met get consecutive numbers.
+    // The triangles that rays met are numbered in sequence.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     for (std::size_t i = 0; i < met.size(); ++i) {
       if (met[i] < 0 || !samples[i / kRays].valid) continue;
@@ -368,7 +376,7 @@ struct LightScene::Impl {
     }
   }
 
-  /// Fraction of the lamp that is seen from p.
+  /// Returns the fraction of the lamp that is visible from p.
   float lamp_seen(const glm::vec3& p, const LightSources& sources) const {
     const glm::vec3 l = sources.toward_lamp, side = std::abs(l.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     const glm::vec3 a = glm::normalize(glm::cross(side, l)), b = glm::cross(l, a);
@@ -382,7 +390,8 @@ struct LightScene::Impl {
     return static_cast<float>(free) / kLampRays;
   }
 
-  /// Gives samples without light of their own the mean of their neighbours that have light, layer by layer.
+  /// A sample without light gets the mean light of its neighbours that have light. This is repeated layer by layer
+  /// until every sample has light.
   void fill(LightGrid& grid, std::vector<std::uint8_t> known) const {
     std::vector<glm::ivec3> missing, next;
     for (int x = 0; x < grid.size.x; ++x)
@@ -432,7 +441,7 @@ struct LightScene::Impl {
       if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
     });
 
-    // Weight of each ray in the light of each face.
+    // Weight of each ray in the light of a surface that faces ±x, ±y or ±z.
     std::array<std::array<float, kRays>, 6> weights;
     for (std::size_t f = 0; f < 6; ++f) {
       float sum = 0;

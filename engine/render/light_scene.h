@@ -1,5 +1,6 @@
-// Light that surfaces receive from the room and from each other: computed once for static bodies by casting rays on the
-// CPU, and stored in a grid that the shaders sample (shaders/lighting.glsl). The lamp's own light is not part of it.
+// Light that surfaces receive from the room and from each other. It is computed once for static bodies by casting rays
+// on the CPU, and stored in a grid that the shaders sample (shaders/lighting.glsl). Light that comes directly from the
+// lamp is not included.
 #pragma once
 
 #include <array>
@@ -16,36 +17,39 @@
 
 namespace typodont::render {
 
-/// A triangle that hides light and reflects it diffusely; counter-clockwise seen from outside. Its back is black.
+/// A triangle that blocks light and reflects it diffusely. Its corners are counter-clockwise as seen from outside. Its
+/// back is black.
 struct LitTriangle {
-  std::array<glm::vec3, 3> corners;  // m, W
-  glm::vec3 albedo{0.5f};            // linear
+  std::array<glm::vec3, 3> corners;  // m, W, corners of the triangle
+  glm::vec3 albedo{0.5f};            // linear, fraction of the light that is reflected
 };
 
 /// Adds the triangles of a body's bricks; `origin`: m, W, origin of the vertices.
 void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
                       const std::array<Look, kMatterCount>& looks);
 
-/// What lights a scene from outside.
+/// The sources of light outside the bodies: the room and the lamp.
 struct LightSources {
-  std::function<glm::vec3(const glm::vec3& direction)> room;  // linear radiance from a unit direction
-  glm::vec3 toward_lamp{0, 0, 1};                             // unit
-  float lamp_half_angle = 0;                                  // rad
-  glm::vec3 lamp{0};  // radiance that a white surface facing the lamp reflects: irradiance over π
+  /// returns the linear radiance of the room from a unit direction
+  std::function<glm::vec3(const glm::vec3& direction)> room;
+  glm::vec3 toward_lamp{0, 0, 1};  // unit vector towards the lamp
+  float lamp_half_angle = 0;       // rad, half the angle that the lamp subtends
+  /// radiance that a white surface facing the lamp reflects: the irradiance divided by π
+  glm::vec3 lamp{0};
 };
-/// The sources that the shaders use.
+/// Returns the sources that the shaders use.
 LightSources sources_of(const Lights& lights);
 
 class LightScene {
  public:
-  /// Casts rays from the samples of a grid that lie near a triangle. `box`: the grid's bounds, m, W; `spacing`: m. Uses
-  /// several threads; equal arguments give equal results.
+  /// Casts rays from those samples of a grid that lie near a triangle. `box`: m, W, bounds of the grid; `spacing`: m.
+  /// Uses several threads; equal arguments give equal results.
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing);
   ~LightScene();
   LightScene(LightScene&&) noexcept;
   LightScene& operator=(LightScene&&) noexcept;
 
-  /// The light after `bounces` diffuse reflections. Casts rays to the lamp only.
+  /// Returns the light after `bounces` diffuse reflections. This call casts rays only to the lamp.
   LightGrid light(const LightSources& sources, int bounces = 4) const;
 
  private:
@@ -53,7 +57,7 @@ class LightScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The light that reaches a surface at p (m, W) with the normal n, interpolated as the shaders do: see
+/// Returns the light that reaches a surface at p (m, W) with the normal n, interpolated as in the shaders; see
 /// LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
 

@@ -52,13 +52,13 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   return looks;
 }
 
-/// Linear colour of a surface through which a lower tissue is visible; over() in shaders/surface.vert. `shows`: 0..1,
-/// visible fraction of the lower tissue's colour. Colours are linear.
+/// Returns the linear colour of a surface through which a lower tissue is visible, as over() in shaders/surface.vert.
+/// `shows`: 0..1, visible fraction of the lower tissue's colour.
 inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3& beneath, double shows) {
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
-/// Colours for tests and pictures of meshes that have no material table. sRGB.
+/// Returns sRGB colours for tests and pictures of meshes that have no material table.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };

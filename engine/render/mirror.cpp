@@ -59,7 +59,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
 ToolMesh make_mirror_body(double diameter) {
   const double r = diameter / 2;
   ToolMesh mesh;
-  // Head: a shallow cup; its rim is slightly above the glass.
+  // Head: a shallow cup whose rim is slightly above the glass.
   add_lathe(mesh,
             {{0, -1.6e-3},
              {0.55 * r, -1.5e-3},
@@ -70,7 +70,7 @@ ToolMesh make_mirror_body(double diameter) {
              {r, 0.20e-3},
              {r - 0.05e-3, 0.02e-3}},
             64, 0.20f);
-  // Stem and handle, from behind the rim along (1, 0, 1)/√2.
+  // Stem and handle: they start behind the rim and extend along (1, 0, 1)/√2.
   const std::size_t first = mesh.vertices.size();
   add_lathe(mesh,
             {{0, -1e-3},

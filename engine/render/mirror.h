@@ -1,4 +1,5 @@
-// The mouth mirror. In a plane mirror an eye sees the picture that the eye's mirror image would see. Pure functions.
+// The mouth mirror. In a plane mirror, an eye sees the picture that the mirror image of this eye would see. Pure
+// functions.
 #pragma once
 
 #include <array>
@@ -10,22 +11,23 @@
 
 namespace typodont::render {
 
-/// Reflection p ↦ p − 2 n·(p − o) n with the glass's middle o and normal n. The reflection is its own inverse.
+/// Returns the reflection p ↦ p − 2 n·(p − o) n, where o is the middle of the glass and n its normal. The reflection is
+/// its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
 /// Returns the same eye with a view of the reflected scene. The view matrix reflects the scene first, so that an object
 /// in front of the glass appears at the same distance behind the glass, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// Clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w: offset. Points in
-/// front of the glass have dot(plane, (p, 1)) ≥ 0.
+/// Returns the clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w:
+/// offset. Points in front of the glass have dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size. No value
-/// if the glass is out of view or shows its back.
+/// Returns a box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size.
+/// No value if the glass is out of view or shows its back.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
-/// Mesh of rim, stem and handle, in M.
+/// Returns the mesh of rim, stem and handle, in the mirror's frame M.
 ToolMesh make_mirror_body(double diameter);
 
 }  // namespace typodont::render

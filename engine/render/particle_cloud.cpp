@@ -19,7 +19,7 @@ struct Step {  // same layout as in debris.comp
 };
 static_assert(sizeof(Step) <= 128);
 
-constexpr std::size_t kInstance = 20;  // bytes, same layout as in particle_pass.cpp
+constexpr std::size_t kInstance = 20;  // bytes, size of a drawn particle; same layout as in particle_pass.cpp
 
 }  // namespace
 

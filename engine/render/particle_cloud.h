@@ -1,5 +1,5 @@
-// Particles that are stored on the GPU. Compute shaders move them in the frame that draws them, by the same physics
-// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
+// Particles that are stored on the GPU. Compute shaders move the particles in the frame that draws them, by the same
+// physics as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
 #pragma once
 
 #include <array>
@@ -18,23 +18,24 @@ namespace typodont::render {
 /// Parameters of the motion, as in debris::DebrisOptions and debris::CoarseField.
 struct CloudLaw {
   std::size_t capacity = 100'000;
-  glm::dvec3 gravity{0, 0, -9.81};                   // m/s²
-  double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³, Pa·s
+  glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
+  double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
   double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
-  double decay_time = 2, lifetime = 6;    // s
+  // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
+  double decay_time = 2, lifetime = 6;
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
   glm::dvec3 origin{0};       // origin of the distance field, m, W
-  double spacing = 5e-4;      // m
+  double spacing = 5e-4;      // m, spacing of the samples of the distance field
   glm::ivec3 size{0};         // number of samples, x slowest; 0: no tissue to bounce off
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};                              // m, W
-  float age = 0;                               // s
-  glm::vec3 v{0};                              // m/s
+  glm::vec3 p{0};                              // m, W, position
+  float age = 0;                               // s, time since creation
+  glm::vec3 v{0};                              // m/s, velocity
   float mass = 0;                              // kg, mass at creation; 0: removed by suction
   float chip = 0;                              // m, diameter of a single chip; one particle represents several chips
-  float density = 0;                           // kg/m³
+  float density = 0;                           // kg/m³, density of the chip's material
   float rate = -1;                             // 1/s, drag rate; ≥ 1e30: at rest; < 0: computed from the speed
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB
 };
@@ -50,18 +51,18 @@ class ParticleCloud {
 
   /// Adds particles up to the capacity; they move from the next step on. Returns the number of added particles.
   std::size_t add(std::span<const CloudParticle> born);
-  /// Sets the suction nozzle: flow in m³/s; 0: switched off.
+  /// Sets the suction nozzle at p_W: flow in m³/s (0: switched off), radius in m.
   void suck(const glm::dvec3& p_W, double flow, double radius);
-  /// Adds dt seconds of motion, which the next record() computes.
+  /// Adds dt seconds of motion. The next record() computes this motion.
   void advance(double dt);
   std::size_t alive() const { return count_; }
   std::size_t room() const { return law_.capacity - count_; }
-  /// True if the next record() will move or remove particles.
+  /// Returns true if the next record() will move or remove particles.
   bool changes() const { return pending_ > 0 && (count_ > 0 || shown_ > 0); }
 
   /// Records the compute commands for everything requested since the last record(). Call before the drawing pass.
   void record(VkCommandBuffer commands, int slot);
-  /// Instances to draw after the last record(), in the layout of ParticlePass, in one or two ranges.
+  /// Returns the instances to draw after the last record(), in the layout of ParticlePass, in one or two ranges.
   VkBuffer instances() const { return instances_.buffer; }
   struct Run {
     std::uint32_t first = 0, count = 0;
@@ -84,12 +85,12 @@ class ParticleCloud {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> staging_;
   std::vector<CloudParticle> born_;  // particles that were added since the last record()
   struct Cohort {
-    double born_at;  // s
+    double born_at;  // s, time at which the particles were added
     std::size_t count;
   };
   std::deque<Cohort> cohorts_;
   std::size_t first_ = 0, count_ = 0, shown_ = 0;
-  double time_ = 0, pending_ = 0;  // s
+  double time_ = 0, pending_ = 0;  // s: time of all motion so far; time of the motion that the next record() computes
   glm::vec4 sink_{0};
   double nozzle_ = 0;  // m, radius of the nozzle
   int steps_ = 0;

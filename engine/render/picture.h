@@ -22,7 +22,7 @@ struct Picture {
 Picture scaled_to(const Picture& picture, glm::ivec2 size);
 /// Writes an opaque PNG completely or not at all. Throws Error if the file cannot be written.
 void write_png(const std::filesystem::path& file, const Picture& picture);
-/// Throws Error if the file is not a readable PNG.
+/// Reads a PNG file. Throws Error if the file is not a readable PNG.
 Picture read_png(const std::filesystem::path& file);
 
 }  // namespace typodont::render

@@ -13,7 +13,7 @@ namespace typodont::render {
 
 namespace {
 
-// Linear sRGB to CIE XYZ, IEC 61966-2-1; by columns.
+// Matrix from linear sRGB to CIE XYZ (IEC 61966-2-1), stored by columns.
 const glm::dmat3 kXyzOfRgb{0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522,
                            0.1191920, 0.1804375, 0.0721750, 0.9503041};
 const dvec3 kWhite = kXyzOfRgb * dvec3(1);
@@ -69,7 +69,7 @@ double sum(const Weights& w) {
   return s;
 }
 
-/// Convolution with the product of two filters. Beyond its edge, the picture has the values of the edge.
+/// Convolves the plane with the product of two filters. Beyond the edge of the plane, the values of the edge are used.
 Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) {
   const int r = static_cast<int>(along_x.size()) / 2;
   Plane half(in.size), out(in.size);
@@ -110,7 +110,7 @@ Plane seen(const Plane& in, const Sensitivity& s, double pixels_per_degree) {
   return out;
 }
 
-/// The opponent space Y Cx Cz, linear in light.
+/// Converts a picture to the opponent colour space Y Cx Cz, which is linear in light.
 std::array<Plane, 3> opponent(const Picture& picture) {
   std::array<Plane, 3> planes{Plane(picture.size), Plane(picture.size), Plane(picture.size)};
   for (int y = 0; y < picture.size.y; ++y)
@@ -128,7 +128,7 @@ dvec3 linear_of_opponent(const dvec3& o) {
   return glm::inverse(kXyzOfRgb) * (kWhite * dvec3(y + o.y / 500, y, y - o.z / 200));
 }
 
-/// CIELAB with the Hunt effect: colours appear stronger in bright light.
+/// Applies the Hunt effect to a CIELAB colour: colours appear stronger in bright light.
 dvec3 hunt(const dvec3& lab) {
   return {lab.x, 0.01 * lab.x * lab.y, 0.01 * lab.x * lab.z};
 }
@@ -136,9 +136,9 @@ double hyab(const dvec3& a, const dvec3& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-/// Strength of edges (index 0) and of points (index 1) in the achromatic channel.
+/// Returns the strength of edges (index 0) and of points (index 1) in the achromatic channel.
 std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree) {
-  constexpr double kWidth = 0.082;  // deg
+  constexpr double kWidth = 0.082;  // deg, width of a feature in the field of view
   const double sigma = 0.5 * kWidth * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * sigma));
   const auto bell = [&](double x) { return std::exp(-x * x / (2 * sigma * sigma)); };
@@ -171,7 +171,7 @@ double ciede2000(const dvec3& lab_1, const dvec3& lab_2) {
   const double g = 0.5 * (1 - std::sqrt(seventh(c_mean) / (seventh(c_mean) + seventh(25))));
   const double a1 = (1 + g) * lab_1.y, a2 = (1 + g) * lab_2.y;
   const double c1 = std::hypot(a1, lab_1.z), c2 = std::hypot(a2, lab_2.z);
-  const auto hue = [](double a, double b) {  // degrees, 0..360
+  const auto hue = [](double a, double b) {  // returns the hue angle in degrees, 0..360
     if (a == 0 && b == 0) return 0.0;
     const double h = std::atan2(b, a) * 180 / kPi;
     return h < 0 ? h + 360 : h;

@@ -7,9 +7,9 @@
 
 namespace typodont::render {
 
-/// Width in pixels of a text of this height. ASCII only; other characters are drawn as '?'.
+/// Returns the width in pixels of a text of this height. ASCII only; other characters are drawn as '?'.
 double text_width(std::string_view text, double height);
-/// `at`: pixel at the left end of the baseline; `color`: sRGB.
+/// Writes text. `at`: pixel at the left end of the baseline; `color`: sRGB.
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color);
 
 }  // namespace typodont::render

@@ -9,18 +9,18 @@ namespace typodont::render {
 struct Quality {
   std::string_view name = "high";
   int samples = 4;        // samples per pixel
-  int shadow_map = 2048;  // texels; 0: no shadow, no ambient occlusion
+  int shadow_map = 2048;  // texels, width and height of the shadow map; 0: no shadow, no ambient occlusion
   int shadow_taps = 16;
   int occlusion_taps = 16;
-  bool light_per_vertex = false;  // shadow and occlusion are computed per vertex instead of per pixel
-  double scale = 1.0;             // drawn width divided by shown width; below 1 the picture is stretched
+  bool light_per_vertex = false;  // true: shadow and occlusion are computed per vertex instead of per pixel
+  double scale = 1.0;             // ratio of the drawn width to the shown width; below 1 the picture is stretched
   // largest distance of the triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, length of a triangle's side on a handpiece
-  bool handpiece_shadow = false;   // the handpiece casts a shadow on tissue
+  bool handpiece_shadow = false;   // true: the handpiece casts a shadow on tissue
 };
 
-/// The best level first.
+/// The quality levels, best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3, true},

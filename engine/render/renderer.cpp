@@ -56,12 +56,12 @@ struct Renderer::Impl {
   MaskPass mask;
   BrickStore bricks;
   FilmStore film;
-  VolumeImage light;     // LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // its faces are only in the image
+  VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
+  LightGrid light_grid;  // the grid without its faces, which are only in the image
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
-  // Data of the last frame. If the data of the new frame are equal to them, nothing moved.
+  // Data of the last frame. If the new frame has equal data, nothing has moved.
   int last_views = 0;
   shared::FrameData last_data{};
   glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
@@ -121,7 +121,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Nothing outside the shadow map casts a shadow.
+    // Points outside the shadow map are not in shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -170,7 +170,7 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// The effects that this frame needs; the others are compiled out.
+  /// Returns the effects that this frame needs. The shaders are compiled without the other effects.
   SurfaceEffects effects(const Frame& frame) const {
     // A section and the X-ray view show the inside of bodies, where the grid has no light.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
@@ -197,7 +197,7 @@ struct Renderer::Impl {
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// Fills descriptor set i. `i` is a slot, or kSlots + a slot for the reflected scene.
+  /// Fills descriptor set i: set `slot` for the scene, set kSlots + `slot` for the reflected scene.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
@@ -289,7 +289,8 @@ struct Renderer::Impl {
     tip_body.set(device, make_suction_mesh(tip.opening, tip.wall, tip.slant, tip.length));
   }
 
-  /// The reflected scene in the mouth mirror: reflected eyes, and only objects in front of the glass.
+  /// Returns the frame of the reflected scene in the mouth mirror: with reflected eyes, and only with objects in front
+  /// of the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
@@ -319,7 +320,8 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    now.mirror.y = before.mirror.y;  // fog: the tiles of the glass are drawn in every frame
+    // ignores a change of the fog, because the tiles of the glass are drawn in every frame
+    now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // Everything is redrawn in three cases: for a headset, because its eyes always move; for glass, because glass
@@ -429,10 +431,11 @@ struct Renderer::Impl {
     push_view(commands, context.layout, view);
   }
 
-  /// Call before the tissue is drawn: the handpiece hides much of it, and hidden tissue is not shaded.
+  /// Draws the handpiece. Call it before the tissue is drawn: the handpiece hides much of the tissue, and hidden tissue
+  /// is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
     // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
-    constexpr double kSeenBeside = 2.2e-3;  // m
+    constexpr double kSeenBeside = 2.2e-3;  // m, width of the margin
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
     tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
@@ -464,7 +467,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If one of their tiles is redrawn, all of them are redrawn.
+        // Particles are blended over the restored scene. If a tile that they cover is redrawn, all tiles that they
+        // cover are redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);

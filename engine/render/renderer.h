@@ -40,7 +40,7 @@ struct Vertex {
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
 
-/// m, tissue that is thicker than this lets no visible light through.
+/// m, limit: thicker tissue lets no visible light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
 
 /// The present content of one brick of a mesh. An empty content removes the brick.
@@ -55,29 +55,29 @@ struct MeshUpdate {
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
-inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // View::kSection
-inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // View::kXray
+inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // shown only in View::kSection
+inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // shown only in View::kXray
 
 /// How the scene is shown: realistically, or in a view for teaching.
 enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
-  kXray,     // the working tooth as glass with the tissues inside it; no other body
+  kXray,     // the working tooth as glass, with the tissues inside it; other bodies are not drawn
   // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
   // surface is red, too much was removed
   kDifference,
 };
 
 struct Eye {
-  glm::dmat4 view{1.0};        // W → eye, m
-  glm::dmat4 projection{1.0};  // Vulkan clip space
-  dvec3 position{0, 0, 0};     // m, W
+  glm::dmat4 view{1.0};        // maps W to the eye's frame, m
+  glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
+  dvec3 position{0, 0, 0};     // m, W, position of the eye
   bool flip = false;           // true if the eye sees the scene in a mirror
 };
 
 struct Particle {
-  glm::vec3 p{0};        // m, W
-  float radius = 2e-5f;  // m
+  glm::vec3 p{0};        // m, W, position
+  float radius = 2e-5f;  // m, radius of the particle
   glm::vec3 color{1};    // sRGB
   float opacity = 1;     // 1 for a chip; less for mist
   glm::vec3 streak{0};   // m, W: path of a droplet during the exposure; it ends at p
@@ -85,31 +85,31 @@ struct Particle {
 
 /// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
-  dvec3 origin{0};     // m, W
-  double spacing = 0;  // m
+  dvec3 origin{0};     // m, W, position of the first sample
+  double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no film
 };
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
-  std::uint8_t water = 0;   // 255 · (1 − exp(−height / 80 µm))
-  std::uint8_t cover = 0;   // 255 · opacity of the solids
+  std::uint8_t water = 0;   // height of the water: 255 · (1 − exp(−height / 80 µm))
+  std::uint8_t cover = 0;   // opacity of the solids, times 255
   std::uint8_t colour = 0;  // colour of the solids: 0 enamel, 128 dentin, 255 caries
-  std::uint8_t blood = 0;   // 255 · fraction of blood in the colour
+  std::uint8_t blood = 0;   // fraction of blood in the colour, times 255
   bool operator==(const FilmTexel&) const = default;
 };
-/// Samples lo … hi of the grid, inclusive.
+/// A box of the grid: the samples from lo to hi, both included.
 struct FilmBox {
   glm::ivec3 lo{0}, hi{0};
 };
 
-/// Light from the room and from other surfaces; its samples are at origin + spacing · (x, y, z). LightScene computes
-/// it.
+/// Light from the room and from other surfaces, on a grid of samples at origin + spacing · (x, y, z). LightScene
+/// computes this grid.
 struct LightGrid {
-  dvec3 origin{0};     // m, W
-  double spacing = 0;  // m
+  dvec3 origin{0};     // m, W, position of the first sample
+  double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no grid
-  // For a surface that faces +x, -x, +y, -y, +z or -z: xyz: irradiance over π, linear; w: fraction of the lamp that is
-  // seen from the sample. See index().
+  // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
+  // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
 
   std::size_t samples() const {
@@ -142,21 +142,22 @@ struct Cursor {
   double radius = 1e-3;  // m, radius of the ring
 };
 
-/// Directions are given in W and are not mirrored.
+/// The lights of the scene. Directions are given in W and are not mirrored.
 struct Lights {
-  dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
-  dvec3 up{0, 1, 0};             // unit, towards the ceiling
-  dvec3 window{0, 0, 0};         // unit, towards the window that glossy surfaces reflect; zero: beside the lamp
+  dvec3 key{-0.35, 0.55, 0.75};  // unit vector towards the lamp
+  dvec3 up{0, 1, 0};             // unit vector towards the ceiling
+  /// unit vector towards the window that glossy surfaces reflect; zero: the window is beside the lamp
+  dvec3 window{0, 0, 0};
   double key_strength = 4.0;
-  // The lamp: a spot with a soft border at the working tooth, as dental lamps have at 0.7 m
-  glm::dvec2 spot{0.15, 0.08};  // m, sides of the spot, the first one horizontal; at the sides half the light arrives
-  double spot_border = 0.025;   // m, width of the border from full light to none
-  double lamp_width = 0.168;    // m, width of the luminous area: the penumbra of shadows
+  // The lamp: a spot with a soft border at the working tooth, like the spot of a dental lamp at 0.7 m.
+  glm::dvec2 spot{0.15, 0.08};  // m, width and height of the spot; at its sides, the light has half its brightness
+  double spot_border = 0.025;   // m, width of the border in which the light falls from its full brightness to zero
+  double lamp_width = 0.168;    // m, width of the lamp's luminous area, which determines the penumbra of shadows
   double lamp_distance = 0.7;   // m, distance of the lamp from the working tooth
   double ambient = 1.0;         // factor of the room's light
 };
 
-/// Unit vector towards the window.
+/// Returns the unit vector towards the window.
 dvec3 toward_window(const Lights& lights);
 
 /// A half mirror needs kBlack, because the user sees the hand through black pixels. kClear is black with opacity 0: a
@@ -169,7 +170,7 @@ struct Frame {
   ToolState tool;
   Cursor cursor;
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
-  SuctionTip suction;  // opening 0: no tip
+  SuctionTip suction;  // the suction tip; if its opening is 0, there is no tip
   View view = View::kLook;
   glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
   std::span<const Particle> particles;
@@ -185,10 +186,10 @@ struct PixelBox {
 };
 
 struct FrameStats {
-  bool drawn = false;        // false: nothing has changed and no commands were recorded
+  bool drawn = false;        // true if the frame was drawn; false: nothing has changed and no commands were recorded
   std::uint64_t frames = 0;  // number of frames drawn since the start
   int views = 0;
-  double redrawn = 1;  // redrawn fraction of the pictures
+  double redrawn = 1;  // fraction of the pictures that was redrawn
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
   int bricks_unchanged = 0;  // number of bricks that are in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
@@ -208,7 +209,7 @@ struct FrameStats {
 
 class Renderer {
  public:
-  /// Set-up time; throws Error. `size` is the size of one eye's picture.
+  /// Creates the renderer. `size` is the size of one eye's picture. Set-up time; throws Error.
   Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -217,37 +218,40 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Sets a plane for bricks that are inside another body: bricks of the mesh that exist since the start and lie
-  /// completely where dot(beyond, (p_W, 1)) < 0. View::kLook and kDifference do not draw them until they change. Zero:
-  /// no plane.
+  /// Some bricks are inside another body from the start. This function sets a plane for them: bricks of the mesh that
+  /// exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and
+  /// kDifference until they change. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// `handpiece`: what holds the tool; without parts: nothing. Throws Error if it has too many triangles.
+  /// Sets the tool, and the handpiece in which it is clamped. A handpiece without parts is not drawn. Throws Error if
+  /// the handpiece has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film on the surfaces and clears the film. Size 0: no film, which takes no time.
+  /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and it takes
+  /// no time.
   void set_film(const FilmGrid& grid);
   /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
-  /// Sets the light from the room and from other surfaces that tissue receives. Size 0: the room's light is estimated
-  /// from the shape near each point, and no light crosses from body to body.
+  /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
+  /// estimated from the shape near each point, and bodies do not reflect light to each other.
   void set_light(const LightGrid& grid);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
   /// Sets triangles of each eye's picture that the user cannot see (behind a headset's lenses); nothing is drawn there.
   /// x, y: clip space of the picture; z: index of the eye.
   void set_hidden(std::span<const glm::vec3> corners);
-  /// If true, depth() provides each frame's depth, which a headset's compositor needs.
+  /// If `keep` is true, depth() provides each frame's depth, which a headset's compositor needs.
   void keep_depth(bool keep);
 
-  /// Records the frame unless it equals the last one; the caller submits the commands. `slot` is the index of the frame
-  /// in flight.
+  /// Records the commands of the frame, unless it equals the last frame; the caller submits the commands. `slot` is the
+  /// index of the frame in flight.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
-  /// The eyes' pictures: two layers (one if mono), sRGB bytes, ready for sampling or copying after record().
+  /// Returns the eyes' pictures: two layers (one layer if mono), sRGB bytes, ready for sampling or copying after
+  /// record().
   const gpu::Image& pictures() const;
-  /// The parts of an eye's picture that the last record() redrew.
+  /// Returns the parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// Depth picture of an eye, format D32, in the layout of a copy source after record(); only if depth is kept.
+  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Only if depth is kept.
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

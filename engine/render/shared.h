@@ -10,7 +10,7 @@ using glm::vec4;
 #endif
 
 // Light of the lamp and the room. `typodont render` writes these values to frame.json for the reference pictures.
-const float kLampHalfAngle = 0.12f;                // rad, half the angle under which tissue sees the lamp
+const float kLampHalfAngle = 0.12f;                // rad, half the angle that the lamp subtends at the tissue
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
@@ -19,10 +19,11 @@ const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the
 // uniform data of a frame: set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];
-  vec4 eye[2];  // xyz: m, W
+  vec4 eye[2];  // xyz: position of each eye, m, W
   // matrix from W to the shadow map; xy: 0..1 over the map; z: 0..1, increasing away from the lamp
   mat4 light_from_world;
-  vec4 light_size;    // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 if there is a map
+  /// x: width of the shadow map, m; y: depth of the shadow map, m; z: size of a texel, m; w: 1 if there is a map
+  vec4 light_size;
   vec4 key;           // xyz: unit, towards the lamp; w: strength
   vec4 up;            // xyz: unit; w: ambient strength
   vec4 window;        // xyz: unit, towards the window that glossy surfaces reflect
@@ -32,10 +33,10 @@ struct FrameData {
   vec4 background;    // x: 1: the gradient is drawn, 0: black; w: opacity of the background
   vec4 picture;       // xy: size of a pixel in clip space
   vec4 clip;          // clip plane: only points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: everything
-  vec4 section;       // clip plane for tissue only, as `clip`
+  vec4 section;       // clip plane for tissue only, in the same form as `clip`
   vec4 cursor;        // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the line
-  vec4 mirror;        // x: the mouth mirror's radius, m; y: fog; z: 1 over the magnification
+  vec4 mirror;        // x: the mouth mirror's radius, m; y: fog; z: 1 divided by the magnification
   vec4 handpiece[4];  // round cones that cast the handpiece's shadow: head a, b, body a, b; xyz: m; w: radius, m
   // x: half the lamp's width divided by its distance; y: width of the spot's soft border, m; zw: half the spot's width
   // and height, m
@@ -43,18 +44,18 @@ struct FrameData {
   vec4 lamp_middle;       // xyz: middle of the spot, m
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
-  vec4 tissue_look[16];   // roughness, metal, wetness
-  vec4 film_origin;       // the film's grid: xyz: first sample, m, W; w: samples per m
+  vec4 tissue_look[16];   // look of each tissue: x: roughness; y: metal; z: wetness
+  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;      // the grid of LightGrid: xyz: first sample, m, W; w: samples per m
+  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, W; w: samples per m
   vec4 light_samples;     // xyz: number of samples of this grid along each axis
 };
 
 // push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn; z: m,
-  // radius, at the working point, of the cone between an eye and the working point in which a handpiece is not drawn
+  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels that are not drawn; z: radius
+  // (m), at the working point, of the cone between an eye and the working point; a handpiece is not drawn in this cone
   vec4 view;
 };
 

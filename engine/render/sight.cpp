@@ -10,7 +10,7 @@ namespace typodont::render {
 
 namespace {
 
-/// Corners of the box, and of the same box displaced to the end of its shadow.
+/// Returns the corners of the box, and the corners of the same box displaced to the end of its shadow.
 std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
   constexpr double kShadow = 2;  // length of the box's shadow, as a ratio to the box's diagonal
   const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
@@ -22,7 +22,7 @@ std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec
   return corners;
 }
 
-/// False if all corners lie outside one plane of the view frustum, or behind the given plane.
+/// Returns false if all corners lie outside one plane of the view frustum, or behind the given plane.
 bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
   const auto beyond = [&](const glm::dvec4& side) {
     return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  // m, smallest distance from an eye that is used, also if the eye is inside the box
+  // m, lower limit of the distance from an eye, for the case that the eye is inside the box
   constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {

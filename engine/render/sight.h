@@ -10,18 +10,19 @@
 namespace typodont::render {
 
 struct BoxInWorld {
-  glm::dvec3 lo, hi;  // m, W
+  glm::dvec3 lo, hi;  // m, W, corners of the box
 };
 
-/// The six planes of the view frustum. A visible point has dot(plane, (p, 1)) ≥ 0 for all planes (Gribb & Hartmann
-/// 2001, depth 0..1).
+/// Returns the six planes of the view frustum. A visible point has dot(plane, (p, 1)) ≥ 0 for all planes (Gribb &
+/// Hartmann 2001, depth 0..1).
 std::array<glm::dvec4, 6> frustum_planes(const glm::dmat4& clip_from);
 
-/// True if the frame may show the box: directly, in the mouth mirror, or by the box's shadow. May also be true for a
-/// box that is invisible.
+/// Returns true if the frame may show the box: directly, in the mouth mirror, or by the box's shadow. May also return
+/// true for a box that is invisible.
 bool in_sight(const Frame& frame, const BoxInWorld& box);
 
-/// Size of a pixel in m at the point of the box nearest to an eye. The picture is `pixels_across` pixels wide.
+/// Returns the size of a pixel (m) at the point of the box that is nearest to an eye. The picture is `pixels_across`
+/// pixels wide.
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across);
 
 }  // namespace typodont::render

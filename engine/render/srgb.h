@@ -1,4 +1,4 @@
-// sRGB, IEC 61966-2-1.
+// Conversions of sRGB colours (IEC 61966-2-1).
 #pragma once
 
 #include <cmath>

@@ -70,12 +70,12 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
 constexpr std::array<std::string_view, 7> kOwnLooks = {"sphere", "cylinder", "round_end_cylinder", "cone",
                                                        "pear",   "flame",    "inverted_cone"};
 
-/// Length in m of the neck behind a head of radius r.
+/// Returns the length (m) of the neck behind a head of radius r.
 double neck_behind(double r) {
   return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2.0e-4));
 }
 
-/// The head's profile with additional rings for depth marks and thread.
+/// Returns the head's profile with additional rings for depth marks and thread.
 std::vector<dvec2> refined(const ToolShape& shape) {
   if (shape.marks.empty() && !(shape.thread_pitch > 0)) return shape.profile;
   std::vector<double> more;
@@ -174,9 +174,9 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
 
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
-  const double ends = outer * slope + opening;  // z above which the tube is not slanted
+  const double ends = outer * slope + opening;  // m, z of the upper end of the slanted opening
   ToolMesh mesh;
-  // From the dark bottom inside, down to the rounded rim, and up along the outside.
+  // The profile begins at the dark bottom inside the tube, goes down to the rounded rim, and then up along the outside.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
   for (ToolVertex& v : mesh.vertices) v.mark = 1;
   add_lathe(mesh,
@@ -217,7 +217,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
-      // 0 at the cutting edge, 1 at the bottom of the groove
+      // 0 at the thread's cutting edge, 1 at the bottom of the groove
       const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
       const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
       return r * (1 - shape.flute_depth * groove * fade);

@@ -14,33 +14,37 @@ namespace typodont::session {
 
 namespace {
 
-// voxels, threshold: a surface that lies deeper than this below the old surface counts as new
+// Threshold in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
-const double kFloor = std::cos(30 * kPi / 180);  // limit: a floor's normal is within 30° of the axis
-constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall deviates by less than 30° from the axis
-// A facet lies on one face if the gradient around it is at least this long and within 10° of the facet's normal.
-// Ripples of a tenth of a voxel that a bur leaves also shorten the gradient. A stricter limit would omit half of a
-// rippled floor, and its mean depth would depend on which half.
+const double kFloor = std::cos(30 * kPi / 180);  // the normal of a floor deviates from the axis by less than 30°
+constexpr double kWall = 0.5;                    // sine of 30°: a wall deviates from the axis by less than 30°
+// A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
+// within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
+// voxel, which a bur leaves, also shorten the gradient: a larger limit would omit half of a rippled floor, and its mean
+// depth would depend on which half.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// Lower limit of the gradient's length where a wall's inclination is measured. A shorter gradient means that the
-// stencil spans an edge.
+// Smallest length of the gradient for which a wall's inclination is measured. A shorter gradient means that its stencil
+// (the samples from which it is computed) spans an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;     // voxels, tolerance for rounding
-constexpr double kLeastArea = 0.1e-6;  // m², limit: a smaller total area of a floor or of walls is ignored
-// fraction of a wall's inclinations that is omitted at either end, because these belong to the wall's edges
+constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
+constexpr double kLeastArea = 0.1e-6;  // m²; a floor or walls with a smaller total area are ignored
+// Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
+// the wall's edges.
 constexpr double kTrimmed = 0.1;
-constexpr double kRim = 1e-3;  // m, depth of a wall's rim below the old surface; the rim is always thin
-// voxels, half width over which a wall's inclination is measured, so that ripples average out
+// m; the rim is the part of a wall within this depth below the old surface, and it is always thin
+constexpr double kRim = 1e-3;
+// Half width, in voxels, of the stencil with which a wall's inclination is measured. It is wide, so that ripples
+// average out.
 constexpr double kAcross = 1.5;
-constexpr double kFarthestWall = 5e-3;  // m, search range for the far side of a wall
-constexpr double kSmoothing = 0.25e-3;  // m, smoothing length for the margin
+constexpr double kFarthestWall = 5e-3;  // m, largest distance at which the far side of a wall is searched
+constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian that smooths the margin
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
   dvec3 n{0};              // unit normal, pointing out of the tissue
   double area = 0;         // voxels²
-  std::size_t inside = 0;  // index of an adjacent sample inside the tissue
+  std::size_t inside = 0;  // index of the sample next to the facet that lies inside the tissue
 };
 
 double weighted_mean(const std::vector<std::pair<double, double>>& values) {
@@ -49,7 +53,8 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted mean of the values between the weight fractions `trim` and 1 - `trim`.
+/// Weighted mean of the values. At each end of the sorted values, the fraction `trim` of the total weight is omitted.
+/// Each pair is a value and its weight.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
   const double total =
@@ -63,7 +68,8 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted quantile: the smallest value at which the sorted values' total weight reaches `weight`.
+/// Weighted quantile: the smallest value for which it and all smaller values have together at least the weight
+/// `weight`. Each pair is a value and its weight.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -74,7 +80,7 @@ double lowest(std::vector<std::pair<double, double>> values, double weight) {
 }
 
 struct Axes {
-  dvec3 u, v, w;  // w points out of the opening
+  dvec3 u, v, w;  // three perpendicular unit vectors; w points out of the opening
 };
 Axes axes_about(const dvec3& axis) {
   const dvec3 w = glm::normalize(axis);
@@ -83,8 +89,8 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// Plane w = c0 + c1 u + c2 v. fit_plane() fits it to weighted points by least squares; it returns false if the points
-/// do not determine a plane.
+/// The plane w = c0 + c1 u + c2 v. fit_plane() fits it to weighted points by least squares. It returns false if the
+/// points do not determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -111,7 +117,7 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// Sphere in voxels. fit_ball() fits it to weighted points by least squares of |p - c|² - r²; it returns no value if
+/// A sphere in voxels. fit_ball() fits it to weighted points by least squares of |p - c|² - r². It returns no value if
 /// the points do not determine a sphere.
 struct Ball {
   dvec3 center;
@@ -122,7 +128,8 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q = p - mean, the equation is |q|² = 2 q·c + k. The normal equations separate, and k is the mean of |q|².
+  // With q = p - mean, the points of the sphere satisfy |q|² = 2 q·c + k. The normal equations for c and k are
+  // independent, and k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -133,12 +140,13 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
     square += f.area * glm::dot(q, q);
   }
   const double spread = square / 3;
-  if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;  // all points lie in a plane
+  // all points lie almost in one plane
+  if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;
   const dvec3 c = glm::inverse(normal) * right;
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Distance in voxels from p to the last point along `direction` that is inside the field.
+/// Distance in voxels from p along `direction` to the last point inside the tissue.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -152,12 +160,11 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// The margins: curves on the old surface that bound the cut. Each curve is a list of points in order. Voxels.
+/// Computes the margins: the curves on the old surface that bound the cut. Each curve is a list of points in order, in
+/// voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  // Computes the margins: curves on the old surface that bound the cut. Each curve is a list of points in order.
-  // Voxels.
-  constexpr double kLevel = 0.5;           // voxels, depth that defines the margin
-  using Key = std::array<std::size_t, 4>;  // identifies a point on the edge between two points of the surface
+  constexpr double kLevel = 0.5;           // voxels; the margin lies where the cut has this depth below the old surface
+  using Key = std::array<std::size_t, 4>;  // identifies an edge between two points of the surface
   struct End {
     dvec3 p;
     std::vector<std::size_t> segments;
@@ -184,7 +191,7 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connects the segments from end to end. Starts with the open curves, so that no open curve is started in its
+  // Connects the segments to curves. Open curves come first, because a curve must start at its end and not in its
   // middle.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
@@ -212,12 +219,13 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
   return curves;
 }
 
-/// Mean square distance of a curve from its smoothed version (sigma in voxels), and the curve's length.
+/// Returns the mean square distance of a curve from the same curve smoothed by a Gaussian (sigma in voxels), and the
+/// curve's length.
 std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigma) {
   double length = 0;
   for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
   if (length < 4 * sigma) return {0, 0};
-  // Resamples the curve at equal distances.
+  // Computes points at equal distances along the curve.
   const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
   const double step = length / static_cast<double>(count);
   std::vector<dvec3> even;
@@ -252,10 +260,10 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Narrowest width across the cavity's longer axis, in voxels, at height `w` along `axes.w`. The ends of the cavity are
-/// excluded.
+/// Smallest width of the cavity in voxels, measured across its longer axis at the height `w` along `axes.w`. The two
+/// ends of the cavity are excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Computes the outline of the removed tissue as seen along the axis.
+  // Computes the outline of the removed tissue as seen along the opening's axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -279,8 +287,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Computes the width of each section: the longest interval that is empty now, was tissue before, and ends at two
-  // walls.
+  // Computes the width of each section. The width is the longest interval that was tissue before, is empty now, and
+  // ends at walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -298,13 +306,14 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        walled = last < 0 && before_last < 0;  // the sample beside the interval was tissue and is still tissue: a wall
+        // the sample next to the interval was tissue before and now, so the interval ends at a wall
+        walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
         open = false;
       } else if (open && b >= 0) {
-        open = false;  // the interval ends in open air
+        open = false;  // the interval ends in open air and not at a wall
       }
       last = a, before_last = b;
     }
@@ -322,11 +331,11 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-/// Data that depend only on the preparation before the work and on the ideal, not on the result.
+/// Data that do not depend on the trainee's result, but only on the tissue before the work and on the ideal.
 struct Given {
-  DenseField before, ideal;          // true distances
-  std::vector<bool> pulp;            // for each voxel: true if it is pulp
-  std::vector<std::size_t> to_pulp;  // for each voxel the index of its nearest pulp voxel; empty without pulp
+  DenseField before, ideal;          // distance fields with true distances, see redistanced()
+  std::vector<bool> pulp;            // true for each voxel of pulp
+  std::vector<std::size_t> to_pulp;  // for each voxel: index of the nearest pulp voxel; empty if there is no pulp
 };
 Given given(const Preparation& in) {
   Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
@@ -340,7 +349,7 @@ Given given(const Preparation& in) {
   return g;
 }
 
-/// Marks the air voxels that are connected through air to the border of the box. The other air voxels are pores.
+/// Marks the air voxels that are connected through air to the border of the box. All other air voxels are pores.
 std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
@@ -381,7 +390,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
-  // Computes the volumes. Each voxel counts by the fraction of its volume inside each surface.
+  // Computes the volumes. For each voxel, the fraction of its volume inside each surface is counted.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -402,8 +411,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Visits the final surface to measure its distance from the ideal, and to find its new parts. The inside of a pore
-  // is excluded, because no probe reaches it; the volumes above include pores.
+  // Measures the distance of the final surface from the ideal, and finds the new parts of the surface. The inside of
+  // pores is excluded, because no probe reaches it. The volumes above include pores.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -427,16 +436,16 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is new if it lies clearly below the old surface. A facet is compared with the ideal if it was changed
-    // or should have been changed.
+    // A facet is compared with the ideal if it was changed or should have been changed. It is new if it lies clearly
+    // below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // Facets near an edge between floor and wall are omitted: there the gradient turns away from the facet's normal or
-    // becomes short, because its stencil spans both.
+    // Omits facets near an edge between floor and wall. There the gradient's stencil spans both faces, so that the
+    // gradient becomes short or turns away from the facet's normal.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
@@ -490,13 +499,13 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // Near an edge the stencil covers both faces, so the inclination there is not the wall's inclination.
+      // A shorter gradient means that the stencil spans an edge, so the inclination would not be that of the wall.
       if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measures the thickness of hard tissue behind the wall up to open air. If pulp comes before air, the wall is
-      // not an outer wall.
+      // Measures the thickness of hard tissue from the wall to open air behind it. If pulp comes before air, the wall
+      // is not an outer wall of the tooth.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

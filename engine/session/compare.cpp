@@ -17,7 +17,7 @@ template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
                                   const Message& recorded) {
   using Cell = std::array<std::byte, 8>;
-  Message as_read;  // the replayed message, rounded as if it had been read from a file
+  Message as_read;  // the replayed message, rounded as if it had been written to a file and read back
   for (const Column<Message>& column : columns) {
     if (!column.in_file || !column.set) continue;
     Cell written{}, read{}, expected{};
@@ -37,7 +37,7 @@ std::string_view differing_column(const ServoTick& replayed, const ServoTick& re
   comparable.cpu_time = recorded.cpu_time;
   comparable.X_WT = recorded.X_WT;  // the hand's pose is the replay's input, so it is not compared
   comparable.pedal = recorded.pedal;
-  // The recording also contains fault bits that come from limits of the device.
+  // These fault bits come from the limits of the recorded device, so the replay cannot produce them.
   constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));
   return first_difference(tick_columns(), comparable, recorded);

@@ -1,4 +1,4 @@
-// Compares a replayed tick or cut with the recorded one, column by column, in the precision of the session file.
+// Compares a replayed tick or cut with the recorded one. Every column is compared in the precision of the session file.
 #pragma once
 
 #include <string_view>
@@ -7,9 +7,9 @@
 
 namespace typodont::session {
 
-/// Name of the first column that differs in any bit; empty if all columns are equal. Columns that the servo does not
-/// compute are skipped: hand and pedal (its input), the CPU time, and fault bits from the surrounding loop. Columns
-/// in units other than SI are compared as the file rounds them.
+/// Returns the name of the first column that differs in any bit; empty if all columns are equal. The function skips
+/// columns that the servo does not compute: hand and pedal (the servo's input), the CPU time, and fault bits that other
+/// code sets. Columns with units other than SI are compared after rounding as in the file.
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded);
 std::string_view differing_column(const Cut& replayed, const Cut& recorded);
 

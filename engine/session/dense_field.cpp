@@ -9,14 +9,14 @@ namespace typodont::session {
 
 namespace {
 
-constexpr float kRefineLimit =
-    // voxels, limit of the distances that are refined; for larger distances the spacing of the seeds has no effect
-    20;
-constexpr float kUnchangedBand =
-    1.8f;  // voxels, limit of the distance up to which the field keeps its own values; longer than a voxel's diagonal
+// Limit in voxels. Larger distances are not refined, because there the distance between seeds has no effect.
+constexpr float kRefineLimit = 20;
+// voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
+constexpr float kUnchangedBand = 1.8f;
 
-/// Propagates the nearest seed to every voxel, from neighbour to neighbour, in sweeps in all eight directions.
-/// `closer(to, from)` gives the seed of `from` to `to` if this seed is nearer.
+/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. There are eight passes over all
+/// voxels, one for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel
+/// `from` to the voxel `to` if that seed is nearer than the seed of `to`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);
@@ -76,8 +76,8 @@ DenseField redistanced(const DenseField& field) {
   std::vector<glm::vec3> closest(count);
   std::vector<float> best(count, kFar);
 
-  // Seeds are voxels with a neighbour of the other sign. Each gets its closest point on the surface from its own
-  // gradient.
+  // The seeds are the voxels next to the surface. For each of them, its closest point on the surface is computed from
+  // the gradient.
   const auto inside = [&](int x, int y, int z) { return field.distance[field.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -105,7 +105,7 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // The propagated point is the closest of the seeds. It is now moved along the surface to the point that is closest
+  // So far each voxel has the closest point of the seeds. The point is now moved along the surface until it is closest
   // to the voxel.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {

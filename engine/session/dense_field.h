@@ -1,4 +1,5 @@
-// A box of distance samples as plain arrays, with the functions for scores and pictures. Pure functions; set-up time.
+// A box of distance samples as plain arrays, for scores and pictures. The functions have no state; use them at set-up
+// time.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,8 @@
 
 namespace typodont::session {
 
-/// Signed distances in voxels, negative inside the tissue; z is the fastest index. Sample (0,0,0) lies at the frame's
-/// origin.
+/// Signed distances in voxels, negative inside the tissue. z is the fastest index, and sample (0,0,0) lies at the
+/// origin of the voxel frame.
 struct DenseField {
   glm::ivec3 size{0};
   std::vector<float> distance;
@@ -20,22 +21,25 @@ struct DenseField {
                static_cast<std::size_t>(size.z) +
            static_cast<std::size_t>(z);
   }
-  /// Trilinear interpolation. Outside the box the function returns the value at the box's border.
+  /// Trilinear interpolation at the point p (in voxels). Outside the box, the function returns the value at the nearest
+  /// point of the box.
   double sample(const glm::dvec3& p) const;
-  /// Gradient of the trilinear field by central differences over `reach` voxels to either side; not normalised.
+  /// Gradient at the point p, not normalised. It is computed by central differences of interpolated values at `reach`
+  /// voxels to either side of p.
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
-/// Fraction of a voxel inside a surface at `distance` voxels from its centre.
+/// Fraction of a voxel's volume that lies inside a surface at the signed distance `distance` (voxels) from the voxel's
+/// centre.
 double fraction_inside(double distance);
 
-/// Computes true distances from a field that is correct only near its surface, like the field after cuts. The closest
-/// surface points are propagated from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points
-/// between the voxels). Samples within 1.8 voxels of the surface keep their bits. A field without surface is returned
+/// Computes true distances from a field that is correct only near its surface, as a field is after cuts. The closest
+/// surface points are passed from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here these points may
+/// lie between voxels). Samples within 1.8 voxels of the surface do not change. A field without a surface is returned
 /// unchanged.
 DenseField redistanced(const DenseField& field);
 
-/// For every voxel the array index of the nearest marked voxel; SIZE_MAX everywhere if no voxel is marked.
+/// For every voxel, the array index of the nearest marked voxel. If no voxel is marked, every value is SIZE_MAX.
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
 
 }  // namespace typodont::session

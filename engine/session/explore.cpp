@@ -7,12 +7,13 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kReach = 0.75e-3;       // m, limit: the tip explores surface within this distance
-constexpr double kMarkReach = 0.6e-3;    // m, limit: a mark within this distance of a lesion finds the lesion
-constexpr double kStep = 0.2e-3;         // m, motion of the tip between two updates
-constexpr std::size_t kLeastLesion = 8;  // voxels, limit: smaller pieces are label noise, not lesions
+constexpr double kReach = 0.75e-3;     // m; the tip explores the part of the surface within this distance
+constexpr double kMarkReach = 0.6e-3;  // m; a mark finds a lesion within this distance
+constexpr double kStep = 0.2e-3;       // m; the exploration is updated after the tip has moved this far
+// number of voxels; a smaller piece of caries is noise in the labels and no lesion
+constexpr std::size_t kLeastLesion = 8;
 
-/// Calls `each(index, squared distance)` for all voxels within `reach` voxels of p.
+/// Calls `each(index, squared distance)` for every voxel at a distance of at most `reach` voxels from p.
 template <class Each>
 void around(const DenseField& field, const dvec3& p, double reach, Each&& each) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(p - reach)), glm::ivec3(0));
@@ -42,7 +43,7 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
     to_explore_[i] = std::abs(surface_.distance[i]) < 0.7f && (region.empty() || region[i]);
     surface_count_ += to_explore_[i];
   }
-  // Lesions: connected pieces of caries that reach the surface within the region.
+  // Finds the lesions, which are connected pieces of caries that extend to the surface within the region.
   std::vector<bool> seen(lesion_.size());
   const auto is_caries = [&](std::size_t i) { return tissue[i] == Tissue::kCaries && surface_.distance[i] < 0.5f; };
   for (int x = 0; x < n.x; ++x) {

@@ -1,5 +1,4 @@
-// Evaluates an exploration: the places that the tip touched, and the places that the trainee marked as caries with the
-// pedal.
+// Evaluates an exploration: where the tip touched the tissue, and where the trainee marked caries with the pedal.
 #pragma once
 
 #include <span>
@@ -12,17 +11,17 @@
 namespace typodont::session {
 
 struct ExploreMeasures {
-  int lesions = 0;      // number of connected pieces of caries that reach the surface
+  int lesions = 0;      // number of lesions; a lesion is a connected piece of caries that extends to the surface
   int found = 0;        // number of lesions that were marked
-  int false_finds = 0;  // number of marks on sound tissue
+  int false_finds = 0;  // number of marks that found no lesion, but sound tissue
   double explored = 0;  // fraction of the region's surface that the tip explored, 0..1
 };
 
-/// Measures an exploration. Pass ticks in order. The trainee sets a mark by pressing the pedal while the tip touches
-/// the tissue.
+/// Measures an exploration. Call add() with the ticks in order. The trainee sets a mark by pressing the pedal while the
+/// tip touches the tissue.
 class ExploreMeter {
  public:
-  /// `region`: voxels whose surface must be explored; empty: the whole surface.
+  /// `region` marks the voxels whose surface the trainee must explore; if it is empty, this is the whole surface.
   ExploreMeter(const VoxelFrame& frame, const DenseField& surface, const std::vector<Tissue>& tissue,
                const std::vector<bool>& region);
   void add(std::span<const ServoTick> ticks);
@@ -31,13 +30,13 @@ class ExploreMeter {
  private:
   VoxelFrame frame_;
   DenseField surface_;
-  std::vector<int> lesion_;  // for each voxel: number of its lesion 1, 2 …; 0: no lesion
+  std::vector<int> lesion_;  // number 1, 2 … of each voxel's lesion; 0 if the voxel belongs to no lesion
   std::vector<bool> to_explore_, explored_;
   std::size_t surface_count_ = 0, explored_count_ = 0;
-  std::vector<bool> found_;  // for each lesion: true if a mark found it
+  std::vector<bool> found_;  // true for each lesion that a mark has found
   int false_finds_ = 0;
   bool pedal_down_ = false;
-  dvec3 last_{1e9, 0, 0};  // voxels, position of the last update
+  dvec3 last_{1e9, 0, 0};  // voxels, position of the tip at the last update
 };
 
 }  // namespace typodont::session

@@ -24,8 +24,8 @@ namespace typodont::session {
 
 namespace {
 
-/// Starts the program `arguments`. Its standard input comes from `input` (-1: no input), its standard error goes to
-/// `log`. Returns -1 if the program cannot be started.
+/// Starts the program with the command `arguments`. Its standard input is the descriptor `input` (-1: no input), and
+/// its standard error is the file `log`. Returns the process number, or -1 if the program cannot be started.
 pid_t start(const std::vector<std::string>& arguments, int input, const std::filesystem::path& log) {
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -39,8 +39,8 @@ pid_t start(const std::vector<std::string>& arguments, int input, const std::fil
   }
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-  // The encoder gets its own process group. Therefore Ctrl-C on the terminal reaches only this program, which then ends
-  // the encoder.
+  // The encoder gets its own process group. Then Ctrl-C on the terminal ends only this program, which itself ends the
+  // encoder.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
@@ -84,7 +84,7 @@ std::optional<std::filesystem::path> find_ffmpeg() {
 }
 
 struct FilmWriter::Impl {
-  /// Temporary files that ffmpeg writes.
+  /// Paths of the temporary files that ffmpeg writes.
   struct Parts {
     explicit Parts(const std::filesystem::path& file)
         : pictures(file, FileKind::kFilm, Over::kNoInput, "pictures"),
@@ -118,7 +118,8 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   }
   ffmpeg = *found;
   frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 3;
-  // Uses a socket instead of a pipe, because send() can suppress the signal SIGPIPE if the encoder has ended.
+  // A socket is used instead of a pipe, because send() can suppress the signal SIGPIPE, which the system sends if the
+  // encoder has ended.
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     message = fmt::format("no film: {}", std::strerror(errno));
@@ -127,7 +128,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format",
                    "rgb24", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
                    fmt::format("{}", options.fps), "-i", "pipe:0",
-                   // Every player can decode 4:2:0, and this format requires even width and height.
+                   // The pixel format 4:2:0, which every player can decode, requires even width and height.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
                    "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", parts->pictures.path().string()},
                   ends[0], parts->log.path());

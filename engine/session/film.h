@@ -1,5 +1,5 @@
-// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg, no film is made, and
-// a message says so.
+// Makes the film session.mp4 from pictures and a WAV file, with the installed program `ffmpeg`. If ffmpeg is missing,
+// no film is made, and a message states this.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct FilmOptions {
   double fps = 30;
 };
 
-/// One thread. Frames are compressed as they arrive; finish() creates the film completely or not at all. Never throws:
-/// if the encoder is missing or fails, message() gives the reason.
+/// Writes a film. Use on one thread. Frames are compressed as they arrive, and finish() creates the film completely or
+/// not at all. Never throws: if the encoder is missing or fails, message() states the reason.
 class FilmWriter {
  public:
   FilmWriter(const std::filesystem::path& file, const FilmOptions& options);
@@ -25,12 +25,13 @@ class FilmWriter {
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  /// Adds a frame. `rgb`: width × height × 3 bytes, rows from the top, sRGB. Returns false if no encoder is running.
+  /// Adds a frame. `rgb` has width × height × 3 bytes in sRGB, with the top row first. Returns false if no encoder is
+  /// running.
   bool add(std::span<const std::uint8_t> rgb) noexcept;
-  /// Adds the sound if `wav` is given, and completes the file. Returns true if the film exists; otherwise message()
-  /// gives the reason.
+  /// Adds the sound `wav` if given, and completes the file. Returns true if the film exists; otherwise message() states
+  /// the reason.
   bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;
-  /// The reason why no film exists or why the film is incomplete; empty if the film is complete.
+  /// States why no film exists or why the film is incomplete. Empty if the film is complete.
   const std::string& message() const noexcept;
 
  private:
@@ -38,7 +39,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Path of the encoder in PATH; no value if it is not installed.
+/// Path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Hashes that show whether files, forces or fields have the same bits. Not for security.
+// Hashes that show whether files, forces or fields have the same bits. They do not protect against deliberate changes.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@
 
 namespace typodont::session {
 
-/// The hash as text, for example "fnv1a64:0123456789abcdef".
+/// Returns the hash as text, for example "fnv1a64:0123456789abcdef".
 std::string to_text(const Fnv1a& hash);
 
-/// Adds every bit of force and torque of every tick, in order. Equal runs have equal hashes. Start with a default Fnv1a
-/// and feed the ticks in pieces of any size.
+/// Adds every bit of the forces and torques of the ticks to the hash. Equal runs have equal hashes. Start with a
+/// default Fnv1a, and add all ticks in order, in pieces of any size.
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept;
 
 /// Reads the whole file and returns its size and hash. Throws Error on failure.

@@ -14,20 +14,23 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-constexpr double kOverSpeed = 1.1;  // limit: ratio of the spindle speed to the phase's speed limit
-constexpr double kSkipPhaseTime =
-    1.5;                       // s, contact time with a later phase's tool after which that phase is the present one
-constexpr double kHeld = 0.3;  // s, time for which the goal of a smoothing, marking or checking phase must be met
-constexpr double kDrilled = 0.05e-3;  // m, depth tolerance of a drill
-constexpr double kChecked = 0.25e-3;  // m, depth tolerance of a gauge
-constexpr double kThreaded = 0.3e-3;  // m, depth tolerance of a tap
-constexpr double kLeastContactForce =
-    0.05;  // N, limit: a smaller force is no contact, because the tool follows the hand
-constexpr double kLargestProtrusion = 1e-3;   // m, limit: a placed implant or screw may protrude by this length
-constexpr double kInsertionSpeed = 0.1e-3;    // m/s, limit: a faster tool along the plan's axis moves into the bone
-constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the speed along the axis
-constexpr double kAtSite = 3e-3;              // m, limit: a mark within this distance of the plan's axis is at the site
-constexpr double kOffAxisFrom = 1e-3;         // m, lower limit of the depth at which the axis is checked
+// limit of the spindle speed divided by the phase's speed; a faster spindle is noted
+constexpr double kOverSpeed = 1.1;
+// Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
+constexpr double kSkipPhaseTime = 1.5;
+// s; a phase of smoothing, marking or checking ends after its goal has been met for this time
+constexpr double kHeld = 0.3;
+constexpr double kDrilled = 0.05e-3;  // m, depth tolerance for a drill
+constexpr double kChecked = 0.25e-3;  // m, depth tolerance for a gauge
+constexpr double kThreaded = 0.3e-3;  // m, depth tolerance for a tap
+// Threshold in N: with a smaller force the tool has no contact, because it then follows the hand.
+constexpr double kLeastContactForce = 0.05;
+constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
+// m/s; a tool that moves faster along the plan's axis is being moved into the bone
+constexpr double kInsertionSpeed = 0.1e-3;
+constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's speed along the axis
+constexpr double kAtSite = 3e-3;  // m; a mark is at the right site if it is within this distance of the plan's axis
+constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the plan is checked only if the tip is deeper than this
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
@@ -106,9 +109,11 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // If a tool is outside a bed, it heats at least the bone around a bed that is as deep as wide.
+  // The heated bone is a shell around the bed. If the bed is less deep than its diameter, the shell of a bed with this
+  // depth is used.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
-  const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
+  // J/K, heat capacity of the heated bone
+  const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
   temperature_ += dt * HeatModel::fraction * tick.cutting_power / warmed;
   temperature_ = HeatModel::body + (temperature_ - HeatModel::body) * std::exp(-dt / time);
@@ -141,7 +146,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   switch (phase.deed) {
     case ImplantAction::kSmooth:
     case ImplantAction::kMark:
-      // the phase's goal is met: enough bone was removed, and the bur has left the bone
+      // The phase is complete when enough bone was removed and the bur has left the bone.
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
@@ -202,17 +207,18 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Pulling out the last phase's tool does not count as work. A tool works if it cuts or moves deeper.
+  // A tool works if it cuts or moves deeper. The trainee may pull out the tool of the last phase, because this is not
+  // work.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // A bur that has finished smoothing or marking may continue until the tool is changed.
+  // After smoothing or marking is complete, the bur may continue to work until the trainee changes the tool.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
-  // If the tool of a later phase is used for a while, the phases before it are skipped.
+  // If the trainee uses the tool of a later phase for a while, the phases before it are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
@@ -231,7 +237,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // Computes the bed's geometry from the positions of the drills in it.
+  // Computes the geometry of the bed from the positions of the drills in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -264,7 +270,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
 
 ImplantMeasures ImplantMeter::result() const {
   ImplantMeasures out = measures_;
-  // The unfinished phase has a force curve, too.
+  // Adds the force curve of the phase that is not complete.
   if (phase_ < out.phases.size()) {
     ForceCurve& curve = out.phases[phase_].force;
     curve.span = span_;
@@ -278,12 +284,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Intersects the bed's axis with the plan's platform.
+  // Computes where the bed's axis meets the platform plane of the plan.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // A path inside the bed counts as a path on its wall.
+  // If a path lies inside the bed, its distance is 0.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

@@ -1,4 +1,4 @@
-// Implant surgery as an exercise: the plan, the phases of the procedure, and the evaluation of a hand's ticks.
+// Implant surgery as an exercise: the plan, the phases of the procedure, and the evaluation of the ticks.
 #pragma once
 
 #include <array>
@@ -15,71 +15,71 @@
 
 namespace typodont::session {
 
-/// Values of ServoTick::level for the contact model "implant".
+/// The values of ServoTick::level in the contact model "implant".
 namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// A cylinder with flat ends: a bed, or an implant without its thread. SI units, frame W.
+/// A cylinder with flat ends, which represents a bed or an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
-  dvec3 bottom_W{0}, axis_W{0, 0, -1};  // middle of the lower end; axis_W: unit, into the bone
+  dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m
-  /// Distance from a point to the surface, m, negative inside.
+  /// Distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// The least distance of the points of a polyline from the surface, m. Where the result is 0.3 mm or more, it is at
+  /// Smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more, it is at
   /// most 1 µm too large.
   double distance(std::span<const dvec3> path_W) const;
 };
 
-/// Planned position of an implant. SI units, frame W.
+/// The planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
-  dvec3 axis_W{0, 0, -1};   // unit, into the bone
-  double length = 0;        // m
+  dvec3 axis_W{0, 0, -1};   // unit vector into the bone
+  double length = 0;        // m, length of the implant
   double diameter = 0;      // m, diameter of the thread
-  double bed_diameter = 0;  // m, diameter of the last drill
+  double bed_diameter = 0;  // m, diameter of the last drill that makes the bed
   dvec3 apex_W() const { return entry_W + length * axis_W; }
   ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
 };
 
-/// Type of work of a phase.
+/// The kinds of work that a phase can consist of.
 enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose };
 std::string_view name_of(ImplantAction deed) noexcept;
 std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
 
-/// One phase of the procedure. SI units.
+/// One phase of the procedure, in SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
-  std::uint32_t tool = 0;  // index among the session's tools
+  std::uint32_t tool = 0;  // index in the session's list of tools
   double depth = 0;        // m, required depth of the tool's tip below the plan's entry
   double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
   double speed = 0;        // rad/s, speed limit of the tool; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
 };
 
-/// A neighbouring root: all points within `radius` of the line from a to b.
+/// The root of a neighbouring tooth: all points within `radius` of the line from a to b.
 struct NeighbourRoot {
   dvec3 a_W{0}, b_W{0};
   double radius = 0;  // m
 };
 
-/// An implant exercise, as read from the scene.
+/// An implant exercise as the scene states it.
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;     // m, for each tool: distance from its origin to its tip
-  std::vector<double> radius;  // m, for each tool: radius
-  double greatest_force = 0;   // N, limit; time with a larger force counts as over-force
-  double greatest_angle = 0;   // rad, limit for the angle to the plan's axis; beyond it the trainee is warned
-  double depth_tolerance = 0;  // m, limit for excess depth; beyond it the trainee is warned
-  double canal_clearance = 0;  // m, limit for the distance to the nerve canal; below it the trainee is warned
-  std::vector<dvec3> canal_W;  // polyline; empty: no canal
+  std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
+  std::vector<double> radius;  // for each tool: its radius in m
+  double greatest_force = 0;   // N, limit of the force; the time with a larger force counts as over-force
+  double greatest_angle = 0;   // rad, limit of the angle to the plan's axis; beyond it the trainee is warned
+  double depth_tolerance = 0;  // m, limit of the depth beyond the planned depth; beyond it the trainee is warned
+  double canal_clearance = 0;  // m; at a smaller distance from the nerve canal the trainee is warned
+  std::vector<dvec3> canal_W;  // the nerve canal as a polyline; empty if there is no canal
   double canal_radius = 0;     // m
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// Follows a hand through the phases. Pass ticks in order. add() never allocates.
+/// Finds the present phase and measures the trainee's work. Call add() with the ticks in order. add() never allocates.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);
@@ -88,11 +88,11 @@ class ImplantMeter {
 
   /// Index of the present phase. After the last phase it equals the number of phases.
   std::size_t phase() const { return phase_; }
-  /// The note shown to the trainee now.
+  /// The note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// Depth of the tip below the plan's entry, along the plan's axis, m.
+  /// Depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
   double depth() const { return depth_; }
-  double temperature() const { return temperature_; }  // °C
+  double temperature() const { return temperature_; }  // °C, temperature of the bone at the drill
   const ImplantTask& task() const { return task_; }
 
  private:
@@ -110,17 +110,17 @@ class ImplantMeter {
   double depth_ = 0, temperature_ = HeatModel::body;
   bool started_ = false;
   Nanos last_t_ = 0;
-  double removed_last_ = 0, removed_in_phase_ = 0;  // m³
-  double held_ = 0;                                 // s, time for which the phase's goal has been met
-  double later_tool_time_ = 0;                      // s, time of work with the tool of a later phase
-  bool works_ = false;                              // true if the tool in the hand is working on the bone
-  double last_depth_ = 0;                           // m
-  double insertion_speed_ = 0;                      // m/s, smoothed speed along the plan's axis
-  // Force curve of this phase. When the curve has no free bin, its resolution is halved.
+  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, volumes up to the last tick and in the present phase
+  double held_ = 0;                                 // s, time for which the goal of the phase has been met so far
+  double later_tool_time_ = 0;                      // s, time for which the tool of a later phase has worked so far
+  bool works_ = false;                              // true while the tool in the hand works on the bone
+  double last_depth_ = 0;                           // m, depth in the last tick
+  double insertion_speed_ = 0;                      // m/s, filtered speed along the plan's axis
+  // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Sums for the bed, from the positions of the drill.
+  // Sums over the positions of the drill, from which the bed's geometry is computed.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

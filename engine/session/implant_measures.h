@@ -1,4 +1,4 @@
-// Measures of an exercise in implant surgery: plain data, for score and report.
+// Measures of an exercise in implant surgery, for the score and the report.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Notes that are shown to the trainee immediately during the exercise.
+/// Notes that the trainee sees at once during the exercise.
 enum class ImplantNote {
   kNone,
   kWrongTool,
@@ -25,59 +25,62 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Bone temperature at the drill. The model is a mass of bone around the bed: a fraction of the cutting power heats
-/// this mass, and the mass cools towards body temperature. The parameters are estimates, except the threshold:
-/// Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
+/// A model of the bone temperature at the drill. The bone near the bed is one mass with one temperature. A fraction of
+/// the cutting power heats this mass, and it cools towards body temperature. The parameters are estimates, except the
+/// temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage at 47 °C for one
+/// minute.
 struct HeatModel {
-  // fraction of the cutting power that heats the bone; the chips remove the rest of the heat
+  // Fraction of the cutting power that heats the bone. The chips remove the rest of the heat.
   static constexpr double fraction = 0.3;
   static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
-  static constexpr double heat_capacity = 2.5e6;    // J/(m³ K): 1.9 g/cm³ at 1.3 J/(g K)
-  static constexpr double cooled_time = 8;          // s, time constant with irrigation
-  static constexpr double dry_time = 30;            // s, time constant without irrigation
-  static constexpr double body = 37, harmful = 47;  // °C
+  static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from a density of 1.9 g/cm³ and 1.3 J/(g K)
+  static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
+  static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
+  static constexpr double body = 37, harmful = 47;  // °C, body temperature and temperature that damages bone
 };
 
-/// A force curve: mean forces over intervals of equal length, counted in time of contact during a phase.
+/// A force curve: the mean force in each interval of contact time in a phase. All intervals have the same length, and
+/// the time without contact is not counted.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, perpendicular to the plan's axis and along it
+  std::vector<float> across, along;  // N, mean force perpendicular to the plan's axis and along it, for each interval
   double span = 0;                   // s, length of an interval
 };
 
 struct ImplantPhaseMeasures {
   std::array<std::string, kLanguageCount> name;
   bool done = false, skipped = false;
-  double began = -1, ended = -1;                  // s, times of the first contact and of the end; negative: not yet
-  double force_max = 0;                           // N
+  // s, times of the first contact and of the phase's end; negative if this has not yet happened
+  double began = -1, ended = -1;
+  double force_max = 0;                           // N, largest force
   double over_force = 0;                          // s, time for which the force was above its limit
   double depth = 0;                               // m, largest depth below the plan's entry
   double hottest = HeatModel::body;               // °C, highest temperature
-  std::array<double, kImplantNoteCount> noted{};  // s, display time of each note
+  std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
 };
 
-/// The bed as drilled. SI units.
+/// Measures of the drilled bed, in SI units.
 struct ImplantBedMeasures {
   bool found = false;
-  double entry_error = 0, apex_error = 0;  // m, distances from the planned points
-  double axis_error = 0;                   // rad, angle to the planned axis
-  double depth = 0;                        // m, depth below the plan's entry
-  double canal_distance = 1e9;             // m, distance from the bed's wall or bottom to the canal's wall
-  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest root
-  // The next measures are computed from the tissue, see measure_bed(); negative if unknown.
-  double diameter = -1, ovality = -1;  // m
-  double perforated = -1;              // fraction of the wall's upper nine tenths that has no bone behind it
+  double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
+  double axis_error = 0;                   // rad, angle between the bed's axis and the planned axis
+  double depth = 0;                        // m, depth of the bed below the plan's entry
+  double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
+  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
+  // The next measures are computed from the tissue (measure_bed()). They are negative if they are unknown.
+  double diameter = -1, ovality = -1;  // m, diameter and ovality
+  double perforated = -1;              // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };
 
 struct ImplantMeasures {
   std::vector<ImplantPhaseMeasures> phases;
   ImplantBedMeasures bed;
   bool placed = false;
-  double insertion_torque = 0;       // N·m, largest torque while the implant was inserted
-  double bone_contact = -1;          // fraction of the implant's surface in contact with bone; negative if unknown
+  double insertion_torque = 0;       // N·m, largest torque during the insertion of the implant
+  double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
   double over_force = 0;             // s, time for which the force was above its limit
   double hottest = HeatModel::body;  // °C, highest temperature
-  double phases_done() const;        // completed fraction of the phases
+  double phases_done() const;        // fraction of the phases that are complete, 0..1
 };
 
 }  // namespace typodont::session

@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kFormat = "typodont_packing";
 constexpr std::uint64_t kVersion = 1;
-// limit of the number of spheres; more spheres would need over half a gigabyte and indicate a damaged file
+// Largest number of spheres. A file with more spheres would need over half a gigabyte of memory and is probably
+// damaged.
 constexpr hsize_t kMostSpheres = 16'000'000;
 
 std::string checksum_of(const SpherePacking& p) {
@@ -41,8 +42,8 @@ bool write_array(hid_t file, const char* name, hid_t type, hsize_t rows, hsize_t
   return dataset && H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
 }
 
-/// Reads a dataset with `columns` columns and checks it. `rows`: required number of rows; 0 allows any number from 1.
-/// Calls resize(rows) to get the memory.
+/// Reads a dataset with `columns` columns and checks it. `rows` is the required number of rows, or 0 if any number from
+/// 1 is allowed. The function calls resize(rows), which returns the memory for the data.
 template <class Resize>
 void read_array(hid_t file, const std::string& path, const char* name, H5T_class_t kind, hid_t type, hsize_t rows,
                 hsize_t columns, Resize&& resize) {
@@ -55,7 +56,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
   if (link.type != H5L_TYPE_HARD) refuse("a link to other data");
   H5 dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
   if (!dataset) refuse(h5_reason());
-  // Refuses external storage and virtual datasets, because such a file could expose the content of other files.
+  // Refuses external storage and virtual datasets, because they could expose the content of other files.
   H5 layout(H5Dget_create_plist(dataset.get()), H5Pclose);
   if (H5Pget_layout(layout.get()) != H5D_CONTIGUOUS || H5Pget_external_count(layout.get()) != 0) {
     refuse("data outside of the file");
@@ -69,7 +70,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
-  // The reserved memory must not exceed the memory that the file's data can fill.
+  // Refuses a dataset that claims to have more numbers than the file contains, before memory is allocated for them.
   if (H5Dget_storage_size(dataset.get()) < extent[0] * columns * H5Tget_size(stored.get())) refuse("fewer numbers");
   void* to = resize(static_cast<std::size_t>(extent[0]));
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());
@@ -85,7 +86,7 @@ bool is_packing(const std::filesystem::path& file) {
 
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing) {
   const H5Quiet quiet;
-  // Session files also have the extension .h5. Only a packing may be replaced by a packing.
+  // Session files have the extension .h5, too. A packing may replace only a packing and no session.
   if (std::error_code code; std::filesystem::is_regular_file(file, code) && !is_packing(file)) {
     throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
   }

@@ -12,18 +12,19 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kSquare = 0.05;  // limit of the |cosine| of the angle between mesial and buccal
-// limit of the cosine to the axis: with a larger cosine, the surface is a floor, not a wall
+// largest |cosine| of the angle between mesial and buccal; the two must be nearly perpendicular
+constexpr double kSquare = 0.05;
+// Limit of the cosine between a surface's normal and the axis. Above it, the surface is a floor; below it, a wall.
 constexpr double kLevel = 0.7;
-// fraction of the work's half width: a point closer to the middle than this is "central"
+// A point is "central" if its distance from the middle is less than this fraction of the work's half width.
 constexpr double kCentral = 0.25;
 
-/// Extent of all tissue that was changed or should have been changed.
+/// The extent of the work, which is all tissue that was changed or should have been changed.
 struct Work {
-  dvec3 middle_W{0};           // centre of its volume
-  double low = 0, high = 0;    // m, limits of the positions along the axis
-  double half_width = 0;       // m, largest distance from the middle perpendicular to the axis
-  bool around_tissue = false;  // true if the middle is solid in the ideal: a crown's stump, or a filling
+  dvec3 middle_W{0};           // m, centre of the work's volume
+  double low = 0, high = 0;    // m, range of the work's positions along the axis
+  double half_width = 0;       // m, largest distance of the work from its middle, perpendicular to the axis
+  bool around_tissue = false;  // true if there is tissue in the middle of the ideal, as in a crown's stump or a filling
 };
 
 Work work_of(const Preparation& in) {
@@ -56,7 +57,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// The sides are listed counter-clockwise from mesial in steps of 45°; buccal is at 90°.
+/// Names of the sides, counter-clockwise from mesial in steps of 45°. So buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -90,7 +91,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
-  // fraction of the work's height: 0 at its cervical end, 1 at its occlusal end
+  // height of the point as a fraction of the work's height: 0 at the cervical end, 1 at the occlusal end
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
@@ -105,7 +106,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  // limit of a cosine: with a larger cosine, the view counts as a view from that side
+  // Limit of the cosine between the view and a side's direction. Above it, the viewer sees the tooth from that side.
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };

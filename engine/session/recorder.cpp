@@ -28,7 +28,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, limit of the size of a chunk, for all datasets
+constexpr hsize_t kLargestChunkBytes = 1 << 16;  // largest size of a chunk in bytes, for all datasets
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -56,7 +56,8 @@ bool plain_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// Length of the longest prefix of at most `size` bytes that does not split a UTF-8 character.
+/// Returns the length of the longest beginning of the text that has at most `size` bytes and does not split a UTF-8
+/// character.
 std::size_t piece_of(std::string_view text, std::size_t size) {
   if (text.size() <= size) return text.size();
   std::size_t n = size;
@@ -74,8 +75,8 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // set only if the file is written under another name (`written_to`)
-  std::optional<Journal> journal;      // set for live recordings; must outlive h5
+  std::optional<PartialFile> partial;  // exists only while the file has another name (`written_to`)
+  std::optional<Journal> journal;      // exists only for live recordings; must exist longer than h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -90,7 +91,7 @@ struct SessionWriter::Impl {
   std::uint64_t disk_lost_unreported = 0;
   Lost lost_in_file;
   Nanos last_write = now();
-  Nanos last_t = 0;  // time of the newest tick
+  Nanos last_t = 0;  // ns, time of the newest tick
   std::vector<std::string> tool_names;
   std::uint32_t last_tool = 0;
 
@@ -114,7 +115,7 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// True if the file was removed or if another file replaced it.
+  /// True if the session file was removed or replaced by another file.
   bool is_gone() const noexcept;
 
   template <class Message>
@@ -147,25 +148,26 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
                        options.disk_needed >> 20));
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // SWMR needs this version
+  // SWMR (single writer, multiple readers) needs this version
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
-  // Rows are written in order, so each column needs a cache only for its present chunk. HDF5's default of 1 MB per
-  // column would waste 50 MB. The cache size is set for the whole file, because SWMR opens the datasets again and
-  // loses their own settings.
+  // Sets a small cache for every dataset. Rows are written in order, so each column needs a cache only for its present
+  // chunk. HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because SWMR opens
+  // the datasets again and loses their own settings.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;
   h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
-  // No handles on groups or attributes may be open while SWMR starts; handles on datasets may be open.
+  // While SWMR starts, no handles of groups or attributes may be open. Handles of datasets may be open.
   if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
       H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 || H5Fstart_swmr_write(h5.get()) < 0) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
-  // A live recording gets its final name as soon as the file can be opened after a kill, not earlier.
+  // From here on, the file can be opened even if the program is killed. So a live recording now gets its final name.
   if (!options.whole_or_nothing) {
     try {
       if (journal) {
@@ -207,7 +209,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(),
                  streams_json = nlohmann::json::array();
   for (const SourceFile& f : header.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"hash", f.hash}});
-  // Seeds are stored as text, because some JSON readers cannot represent 64-bit numbers.
+  // Seeds are written as text, because some JSON readers cannot represent 64-bit numbers.
   for (const auto& [name, seed] : header.seeds) seeds.push_back({{"name", name}, {"seed", std::to_string(seed)}});
   for (const StreamSpec& s : header.streams) {
     nlohmann::json columns = nlohmann::json::array();
@@ -226,7 +228,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "servo_laws", std::uint64_t{header.servo_laws}) &&
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
-              set_attribute(root, "position_step_m", header.position_step) &&  // stored with all bits
+              set_attribute(root, "position_step_m", header.position_step) &&  // the value is stored with all bits
               set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
               set_attribute(root, "voxel_mm", header.voxel * 1e3) &&
               write_text(group.get(), "scene", header.scene_json) && write_text(group.get(), "rig", header.rig_json) &&
@@ -242,9 +244,9 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk of ticks becomes full shortly before a flush is due, and that flush writes it. So each chunk is written
-  // only once, and the fixed cost of a flush occurs twice per second. This is true if the servo reaches at least nine
-  // tenths of its rate.
+  // The size of a chunk is chosen so that it becomes full shortly before a flush is due, and that flush writes it. So
+  // each chunk is written only once, and the fixed cost of a flush occurs only twice per second. This works if the
+  // servo runs at nine tenths of its rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -380,7 +382,7 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
 std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
   if (options.free_bytes) return options.free_bytes();
   struct statvfs space {};
-  // if the free space is unknown, only the write itself can fail
+  // If the free space is unknown, the recording goes on until a write fails.
   if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;
   return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
@@ -401,7 +403,7 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
   return false;
 }
 
-/// Writes the table's buffered rows. If this fails, the rows count as lost.
+/// Writes the buffered rows of a table. If this fails, the rows are counted as lost.
 bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) noexcept {
   if (open() && disk_has_room()) {
     errno = 0;
@@ -414,7 +416,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   return false;
 }
 
-/// Writes patches and cuts first, so that the file also contains the cuts of every stored tick.
+/// Writes all buffered rows. Patches and cuts come first, so that the file never contains a tick without its cut.
 void SessionWriter::Impl::write_all() noexcept {
   const H5Quiet quiet;
   const Nanos begin = now();
@@ -439,13 +441,13 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // The flush interval starts at the beginning of the write, so that a slow disk does not also reduce the rate of
-  // flushes.
+  // The next flush interval is counted from the beginning of this write. Otherwise a slow disk would also make the
+  // intervals longer.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }
 
-/// Rows that HDF5 accepted but that did not reach the disk count as lost.
+/// Counts the rows as lost that HDF5 accepted but that did not reach the disk.
 void SessionWriter::Impl::count_commit() noexcept {
   const bool safe = open();
   const auto settle = [&](Table& table, std::uint64_t& lost_rows) {
@@ -626,7 +628,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     }
     s.write_table(s.pictures, s.status.lost.pictures_disk);
     good = s.write_lost() && good;
-    // "complete" is written last, when the file contains all other data.
+    // The attribute "complete" is written last, when the file contains all other data.
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {

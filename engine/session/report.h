@@ -1,5 +1,5 @@
-// Writes a session as one self-contained HTML page that needs no network, for print, light and dark mode. Only the
-// rotatable view of the result needs a script.
+// Writes the report of a session as one HTML page. The page needs no network and no other files, and has styles for
+// print, light mode and dark mode. Only the rotatable view of the result needs a script.
 #pragma once
 
 #include <optional>
@@ -16,50 +16,51 @@
 
 namespace typodont::session {
 
-/// Summary of a session, for comparison with other sessions.
+/// The main results of a session, for comparison with other sessions.
 struct SessionSummary {
   std::string file, date, trainee, scene;
   bool truncated = false;
   Score score;
-  TaskText title;  // title of the scene's task; empty if the task has no title
+  TaskText title;  // title of the scene's task; empty if there is none
 };
 
-/// Result of the replay check of a recording.
+/// The result of checking a recording by replay.
 struct Verification {
   enum class State { kNotChecked, kIdentical, kDiffers } state = State::kNotChecked;
-  std::string what;  // description of the difference
+  std::string what;  // description of the first difference between recording and replay
 };
 
-/// Additional input that is not in the session file: geometry, and other sessions for comparison.
+/// Additional data for the report that is not in the session file: geometry, and other sessions for comparison.
 struct ReportOptions {
   Language language = Language::kEnglish;
   Verification verification;
-  std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session
-  std::optional<Score> score;                 // no value: score_session() computes it
-  std::optional<ScoreInput> input;            // input of the score, if it contains more measures than the session file
-  std::optional<ResultModel> result, ideal;   // final surface with its deviation; surface of the ideal
-  std::optional<Preparation> preparation;     // geometry for the drawings of sections
-  bool encloses_nothing = false;              // true if the tissue is an open surface: only removed tissue has a volume
-  std::vector<SessionSummary> earlier;        // earlier sessions with the same scene, oldest first
+  std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session file
+  std::optional<Score> score;                 // the score; if there is no value, score_session() computes it
+  std::optional<ScoreInput> input;  // input of the score, if more measures are known than the session file contains
+  // result: the final surface with its deviation from the ideal; ideal: the surface of the ideal
+  std::optional<ResultModel> result, ideal;
+  std::optional<Preparation> preparation;  // geometry from which sections are drawn
+  bool encloses_nothing = false;  // true if the tissue is an open surface, so that only the removed tissue has a volume
+  std::vector<SessionSummary> earlier;  // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;
 };
 
-/// Reads a PNG for a report or a session. Throws Error if the file is not a PNG.
+/// Reads a PNG picture for a report or a session. Throws Error if the file is no PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// Volumes, hand measures and result of a session, as far as the session contains them. Without a result, the final
-/// volumes are the initial volumes minus the removed volumes in the ticks.
+/// Returns the volumes, hand measures and result that the session contains, as the input of the score. If the session
+/// has no result, the final volumes are the initial volumes minus the volumes that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
-/// Computes the score by the rules in the session's scene.
+/// Computes the score with the rules in the session's scene.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// Makes a summary. If `score` has no value, score_session() computes the score.
+/// Returns the main results of a session. If `score` has no value, score_session() computes the score.
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
-/// A trainee's sessions as one page. For each scene separately, it shows the development of the score and of its main
-/// items over time.
+/// Writes a page about the sessions of one trainee. For each scene, it shows how the score and its main items changed
+/// from session to session.
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
 
 }  // namespace typodont::session

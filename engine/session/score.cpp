@@ -13,17 +13,21 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kTremorCutoff = 5.0;  // Hz, cut-off; physiological tremor is at 8 to 12 Hz, intended motion below 3 Hz
-// s, averaging interval for the path length, so that tremor does not lengthen the path
+// Cut-off frequency in Hz of the high-pass filter that separates tremor from intended motion. Physiological tremor is
+// at 8 to 12 Hz, and intended motion below 3 Hz.
+constexpr double kTremorCutoff = 5.0;
+// Time in s over which positions are averaged before the path length is computed, because tremor would lengthen the
+// path.
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;     // s, time without contact that ends a stroke
-constexpr double kLeastRemoved = 1e-15;  // m³, limit; a contact that removed less is not a stroke
+constexpr double kFreeBetween = 0.1;     // s; a stroke ends after this time without contact
+constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less volume is no stroke
 
 }  // namespace
 
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Computes a second-order Butterworth high-pass filter by the bilinear transform, pre-warped.
+  // Computes the coefficients of a second-order Butterworth high-pass filter (bilinear transform with pre-warped
+  // cut-off frequency).
   const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = norm;
@@ -39,7 +43,8 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      filter_ = {p, p, dvec3(0), dvec3(0)};  // starts the filter in the state of a hand at rest, to avoid a step
+      // the filter starts in the state of a hand at rest, because a jump would look like tremor
+      filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;
     ++ticks_;
@@ -100,13 +105,13 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// True for tissue that should be kept: all tissue except caries and old fillings.
+/// True for tissue that the trainee should keep: all tissue except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
-constexpr double kMm3 = 1e9;  // mm³ per m³
-// fraction of the surface that counts as fully explored; the tip cannot reach the rest
+constexpr double kMm3 = 1e9;  // number of mm³ in a m³
+// Fraction of the surface that must be explored for the full result. The tip cannot touch the rest.
 constexpr double kEnoughExplored = 0.9;
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
@@ -122,8 +127,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Volume of the difference from the ideal: from the voxels if they were measured, otherwise from the volumes per
-/// tissue.
+/// Volume, in m³, of the difference from the ideal. It is computed from the voxels if these were measured, otherwise
+/// from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -132,13 +137,14 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure: its name, its unit, the better direction, and its value if known.
+/// A measure that the score can use, with its name, its unit, its better direction, and a function that computes its
+/// value.
 struct Measure {
   const char* name;
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
-  bool of_hand = false;  // true if it describes the hand's motion instead of the tissue
+  bool of_hand = false;  // true if the measure describes the hand's motion and not the tissue
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -146,7 +152,7 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-/// A measure of the cavity, converted to the report's unit.
+/// Returns a measure of the cavity, converted to the unit of the report.
 template <auto Member>
 std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
   if (!in.cavity) return std::nullopt;
@@ -159,7 +165,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// A measure of an implant's bed; negative numbers mean unknown.
+/// Returns a measure of an implant's bed. A negative number means that the measure is unknown.
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -172,8 +178,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-constexpr double kLeastMeasured = 1e-6;  // lower limit in the measure's unit; smaller values are rounding errors
-// m³, limit of the removed or added volume; a smaller volume counts as no work
+// smallest value, in the measure's unit, that counts; a smaller value is a rounding error
+constexpr double kLeastMeasured = 1e-6;
+// m³; the session did no work if it removed or added less volume
 constexpr double kLeastChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {
@@ -317,10 +324,11 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. For an exploration, it is the mean of two fractions: the lesions found, and the
-/// surface explored. For an implant exercise, it is the completed fraction of the phases. With an ideal, it is the
-/// completed fraction of the ideal's changes; without an ideal, the removed fraction of the caries. In all other
-/// cases, the task is complete as soon as any tissue was cut or filled, so that an idle session earns no points.
+/// Returns the completed fraction of the task. For an exploration, it is the mean of the fraction of lesions found and
+/// the fraction of surface explored. For an implant exercise, it is the completed fraction of the phases. If the task
+/// has an ideal, it is the completed fraction of the ideal's changes; otherwise it is the removed fraction of the
+/// caries. In all other cases, the task is complete as soon as any tissue was cut or filled. So a session without work
+/// gets no points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -344,7 +352,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// Amount by which a value is worse than the target.
+/// Returns the amount by which a value is worse than the rule's target.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -400,8 +408,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal, some healthy tissue must be removed to reach the caries. An amount up to the volume of the caries
-  // costs no points.
+  // If the task has no ideal, some healthy tissue must be removed to get to the caries. Therefore a volume up to that
+  // of the caries costs no points.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -438,7 +446,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Measures of a perfect hand, which leaves the tissue equal to the ideal.
+/// Returns the measures of a perfect hand, after whose work the tissue equals the ideal.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -448,8 +456,9 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// `input`: the measures; nullptr: no measures yet. A rule without a target takes the ideal's own value. If the ideal
-/// has no such value (measures of the hand, exploration, task without an ideal), the rule takes the default target.
+/// Reads a list of rules. `input` contains the measures, or is nullptr if there are none yet. If a rule states no
+/// target, the ideal's value is its target. If the ideal has no such value (measures of the hand, exploration, task
+/// without an ideal), the default target is used.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -508,8 +517,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may leave caries or open the pulp. In this case the ideal's value is the target, so that the ideal
-    // gets the full score.
+    // An ideal may leave caries or open the pulp. Then the ideal's value becomes the target, so that the ideal gets the
+    // full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -542,7 +551,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // A required measure that could have been measured but is absent from the result earns no points.
+    // If the task asks for a measure, but the result does not have it, the item gets no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -559,8 +568,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // The function is hyperbolic, so that a worse value always costs more points.
-    // fraction of the item's full points
+    // The item gets this fraction of its full points. The function is a hyperbola, so that a worse value always costs
+    // more points.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));
@@ -572,7 +581,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     sum += item.points;
   }
   total.full = weights > 0 ? 100 : 0;
-  total.points = std::min(total.full, total.completion * sum);  // the sum may slightly exceed 100 because of rounding
+  // because of rounding, the sum may be slightly more than 100
+  total.points = std::min(total.full, total.completion * sum);
   return total;
 }
 

@@ -1,4 +1,4 @@
-// The data of a recorded session except the servo's messages: plain data for writer and reader.
+// The data of a recorded session except the servo's messages. Both the writer and the reader use these types.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,16 @@
 
 namespace typodont::session {
 
-/// A file from which the scene was built. A replay uses this entry to detect later changes of the file.
+/// A file from which the scene was built. With this entry, a replay detects whether the file was changed.
 struct SourceFile {
-  std::string path;  // path of the file that the scene names
+  std::string path;  // path of the file as the scene states it
   std::uint64_t bytes = 0;
   std::string hash;  // "fnv1a64:" and 16 hexadecimal digits, see hash.h
   bool operator==(const SourceFile&) const = default;
 };
 
-/// Samples that are recorded in addition to the ticks, e.g. the head's pose or the sound's parameters.
+/// A stream of samples that is recorded in addition to the ticks, for example the head's pose or the sound's
+/// parameters.
 struct StreamSpec {
   struct Column {
     std::string name;  // "head_x_m": letters, digits and _
@@ -32,100 +33,101 @@ struct StreamSpec {
   bool operator==(const StreamSpec&) const = default;
 };
 
-/// Data known before the first tick: all data besides the ticks that a replay needs.
+/// Data that is known before the first tick. A replay needs nothing else besides the ticks.
 struct SessionHeader {
   std::string scene_json;                                    // the complete scene as JSON, with all overrides
   std::string rig_json;                                      // the complete rig as JSON; empty if there is no rig
-  std::vector<SourceFile> files;                             // the files from which scene and rig were built
+  std::vector<SourceFile> files;                             // the files from which the scene and the rig were built
   std::string hand;                                          // the device's address, e.g. "script:hand.csv"
-  std::string trainee;                                       // free text; empty: unknown
-  std::vector<std::pair<std::string, std::uint64_t>> seeds;  // seeds of all random generators, by name
-  std::vector<std::string> tools;         // names or inline JSON of the tools; Cut::tool is an index into this list
-  std::vector<StreamSpec> streams;        // additional recorded streams
+  std::string trainee;                                       // free text that names the trainee; empty if unknown
+  std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
+  std::vector<std::string> tools;         // name or JSON text of each tool; Cut::tool is an index into this list
+  std::vector<StreamSpec> streams;        // streams that are recorded in addition to the ticks
   std::string model = "offset";           // name of the contact model; its parameters are in the scene
   std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
-  double servo_rate = 1000;               // Hz
+  double servo_rate = 1000;               // Hz, rate of the servo
   double position_step = 0;  // m, smallest step of the hand's device (one encoder count); a replay needs it
   bool gives_torque = true;  // true if the hand's device can apply torque; a replay needs it
-  // Hz, highest frequency of the spindle's vibration that the hand's device rendered; a replay needs it
+  // Highest frequency, in Hz, of the spindle vibration that the hand's device rendered. A replay needs this value.
   double vibration_band = 0;
-  double voxel = 0;            // m
+  double voxel = 0;            // m, edge of a voxel
   PerTissue volumes_before{};  // m³, volume of each tissue at the start
-  std::string date;            // ISO 8601, UTC; empty: omitted, as in deterministic runs
+  std::string date;            // date and time in ISO 8601, UTC; empty if omitted, as in deterministic runs
   std::string program_version = TYPODONT_VERSION;
   std::string compiler = compiler_of_this_build();
   static std::string compiler_of_this_build();
 };
 
-/// The present time, for example "2025-03-14T09:26:53Z".
+/// Returns the present date and time, for example "2025-03-14T09:26:53Z".
 std::string iso_date_now();
 
 enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore, kPiece };
 inline constexpr int kEventKindCount = 9;
 std::string_view name_of(EventKind kind) noexcept;
 
-/// A fault and its name in files.
+/// A fault bit and its name in files.
 struct FaultName {
   Fault fault;
   std::string name;  // "bad_input"
 };
 const std::vector<FaultName>& fault_names();
-/// Name of a fault bit, for example "stale_patch"; "unknown" for other values.
+/// Returns the name of a fault bit, for example "stale_patch", or "unknown" for other values.
 std::string_view fault_name(std::uint32_t bit) noexcept;
 
-/// An event: a change of tool, a change of view, the beginning of a fault, an instructor's note.
+/// An event of a session: a change of tool, a change of view, the beginning of a fault, or an instructor's note.
 struct SessionEvent {
   Nanos t = 0;  // ns, time since the session's start
   EventKind kind = EventKind::kNote;
-  std::string text;  // UTF-8; free text, or JSON if the kind has parameters
+  std::string text;  // UTF-8; free text, or JSON if this kind of event has parameters
   bool operator==(const SessionEvent&) const = default;
 };
 
-/// Counts of data that did not reach the file. All counts are zero in a good session.
+/// Numbers of items that did not reach the file. All are zero if nothing was lost.
 struct Lost {
-  // ticks that were lost because the ring to the recorder was full (slow disk or machine)
+  // number of ticks lost because the ring to the recorder was full (slow disk or machine)
   std::uint64_t ticks_ring = 0;
   std::uint64_t cuts_ring = 0;
-  std::uint64_t ticks_disk = 0;  // ticks that reached the recorder but were lost because the disk was full or failed
+  // number of ticks that reached the recorder but were lost because the disk was full or failed
+  std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  std::uint64_t other_disk = 0;     // patch uses, events and stream samples that the disk lost
-  std::uint64_t other_ring = 0;     // patch uses, events and stream samples that a ring lost
-  std::uint64_t pictures_disk = 0;  // pictures of the result that the disk lost
+  std::uint64_t other_disk = 0;     // number of patch uses, events and stream samples lost by the disk
+  std::uint64_t other_ring = 0;     // number of patch uses, events and stream samples lost by a ring
+  std::uint64_t pictures_disk = 0;  // number of pictures of the result lost by the disk
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
 };
-/// The counts as text, for example "12 ticks, 1 pictures"; empty: no loss.
+/// Returns the numbers as text, for example "12 ticks, 1 pictures"; empty if nothing was lost.
 std::string in_words(const Lost& lost);
 
-/// An interval in which ticks or cuts are missing although later ones exist. Cause: the disk was full, or the
-/// recorder was late.
+/// A gap in a recording: an interval in which ticks or cuts are missing, although later ones exist. The cause is a full
+/// disk or a late recorder.
 struct Gap {
-  Nanos from = 0, to = 0;             // times of the last row before the gap and of the first row after it
+  Nanos from = 0, to = 0;             // ns, times of the last row before the gap and of the first row after it
   std::uint64_t after_tick = 0;       // index of the last tick before the gap
-  std::uint64_t ticks = 0, cuts = 0;  // number of missing rows
+  std::uint64_t ticks = 0, cuts = 0;  // number of missing ticks and cuts
   bool operator==(const Gap&) const = default;
 };
-/// The gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, lists the first three
-/// and the number of the other gaps.
+/// Returns the gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, the text lists the
+/// first three gaps and states the number of other gaps.
 std::string in_words(const std::vector<Gap>& gaps);
 
-/// A picture stored in the session for its report.
+/// A picture that is stored in the session for its report.
 struct SessionPicture {
-  // for example "before", "after", "during_2"; the report uses the name to sort pictures and to choose titles
+  // Name such as "before", "after" or "during_2". The report uses it to sort the pictures and to choose their titles.
   std::string name;
-  std::string title;  // title to show; empty: derived from the name
+  std::string title;  // title for the report; if empty, it is derived from the name
   std::vector<std::uint8_t> png;
   bool operator==(const SessionPicture&) const = default;
 };
 
 /// Data that is known only at the end of the session.
 struct SessionResult {
-  PerTissue volumes_after{};  // m³
+  PerTissue volumes_after{};  // m³ of each tissue at the end
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of the ideal result; valid if has_ideal
+  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal is true
   bool has_ideal = false;
-  double min_pulp_distance = -1;  // m, distance between the cut surface and the pulp; negative: not measured
-  std::uint64_t field_hash = 0;   // hash of the final tissue; 0: not computed
+  double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
+  std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed
   std::vector<SessionPicture> pictures;
 };
 

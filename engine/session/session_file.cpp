@@ -27,13 +27,13 @@ namespace {
 
 struct ColumnName {
   std::string name;
-  bool may_lack = false;  // true if files of older versions lack this column
+  bool may_lack = false;  // true if files of older versions do not have this column
 };
 
-/// One table of the file, opened for reading. Only intact rows are visible.
+/// Reads one table of the file. Only intact rows can be read.
 class TableReader {
  public:
-  /// Opens the table. `salvage`: the file was cut off, so the readable length of every column is determined.
+  /// Opens the table. If `salvage` is true (the file was cut off), the readable length of every column is determined.
   void open(const std::filesystem::path& file, hid_t root, const std::string& path,
             const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
@@ -71,14 +71,14 @@ class TableReader {
   bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
-  /// Throws Error if `count` rows of `size` bytes exceed a reader's memory limit.
+  /// Throws Error if `count` rows of `size` bytes need more memory than a reader may use.
   void limit_memory(hsize_t count, std::size_t size) const {
     if (count > kRecordingLimits.most_rows_bytes / size)
       throw Error(file_, path_, fmt::format("{} rows", count),
                   fmt::format("at most {}", kRecordingLimits.most_rows_bytes / size));
   }
 
-  /// Reads rows [first, first + count) of a column. Throws Error if these rows are damaged.
+  /// Reads `count` rows of a column, from row `first`. Throws Error if these rows are damaged.
   void read(std::size_t column, hid_t type, std::size_t size, hsize_t first, hsize_t count,
             std::vector<std::byte>& out) const {
     limit_memory(count, size);
@@ -99,7 +99,7 @@ class TableReader {
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
   }
 
-  /// True if the writer wrote all chunks. A missing chunk would read as zeros without an error.
+  /// True if the file contains all chunks of the dataset. HDF5 would read a missing chunk as zeros without an error.
   static bool all_chunks_written(const H5& dataset, hsize_t rows) {
     H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
     H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -126,11 +126,10 @@ class TableReader {
       hsize_t rows = 0;
       H5 space(H5Dget_space(datasets_[i].get()), H5Sclose);
       H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
-      // HDF5 finds a single chunk only by a walk over all chunks. Therefore this search is done only if chunks are
-      // missing.
+      // To find one chunk, HDF5 visits all chunks, which is slow. So this search is made only if chunks are missing.
       const bool all_there = all_chunks_written(datasets_[i], rows);
       for (hsize_t first = 0; first < rows_; first += chunk) {
-        // A missing chunk also ends the readable rows.
+        // The readable rows end at the first missing chunk.
         const bool there = all_there || chunk_exists(i, first);
         if (!there || !try_read(i, type.get(), first, std::min(chunk, rows_ - first), scratch.data())) rows_ = first;
       }
@@ -200,7 +199,8 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// Makes a copy that can be changed, beside the file or in the temporary folder. No value if there is no space.
+/// Makes a copy of the file that can be changed, in the file's folder or in the temporary folder. Returns no value if
+/// there is no space.
 std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
   std::error_code code;
   for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
@@ -218,7 +218,8 @@ std::optional<std::filesystem::path> private_copy(const std::filesystem::path& f
   return std::nullopt;
 }
 
-/// Makes a copy of the file that includes the journal's changes after a power cut. No value if there is no journal.
+/// Makes a copy of the file after a power cut, and writes the journal's changes into it. Returns no value if there is
+/// no journal.
 std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
   if (!has_journal(file)) return std::nullopt;
   auto copy = private_copy(file);
@@ -228,10 +229,11 @@ std::optional<std::filesystem::path> completed_copy(const std::filesystem::path&
   return std::nullopt;
 }
 
-/// Makes a copy of a truncated file, extended with zeros (which fail the checksums), so that HDF5 can open it. No value
-/// if the file is not truncated or if there is no space for a copy.
+/// Makes a copy of a truncated file, so that HDF5 can open it. The missing part is filled with zeros, which the
+/// checksums then detect. Returns no value if the file is not truncated or if there is no space for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
-  // HDF5 superblock, version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
+  // Reads the superblock (header) of the HDF5 file, version 3: a signature of 8 bytes, the version, the size of
+  // offsets, and at byte 28 the end of the file.
   std::array<char, 48> block{};
   std::ifstream(file, std::ios::binary).read(block.data(), block.size());
   if (std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0) return std::nullopt;
@@ -242,13 +244,14 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
   auto copy = private_copy(file);
   if (!copy) return std::nullopt;
-  std::filesystem::resize_file(*copy, end, code);  // the added part is sparse and needs no disk space
+  std::filesystem::resize_file(*copy, end, code);  // the added part is sparse, so it needs no disk space
   if (!code) return copy;
   std::filesystem::remove(*copy, code);
   return std::nullopt;
 }
 
-/// Reads a small dataset (from open_dataset()) of exactly `count` numbers (0: a scalar). False if it does not exist.
+/// Reads a small dataset (from open_dataset()) with exactly `count` numbers; with 0, it must be a scalar. Returns false
+/// if the dataset does not exist.
 bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -289,29 +292,29 @@ void SessionReader::Impl::open() {
   if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   being_recorded = is_being_recorded(file);
   const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
-    // If a checksum is wrong because a writer is active, HDF5 retries with pauses, and each pause is twice as long as
-    // the previous one. 20 retries take a millisecond; HDF5's default of 100 retries would never end.
+    // If a checksum is wrong because a writer is active, HDF5 tries again after a pause, and each pause is twice as
+    // long as the previous one. 20 attempts take a millisecond. The pauses of HDF5's default of 100 attempts would
+    // never end.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut during a flush leaves a journal. In this case, read a copy of the file that includes the journal's
-  // changes.
+  // A power cut during a flush leaves a journal. Then a copy of the file with the journal's changes is read.
   if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
     marked = true;
     if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-    std::filesystem::remove(*copy, code);  // the open file stays readable
+    std::filesystem::remove(*copy, code);  // the open file stays readable after it is removed
   }
-  // A killed writer leaves a mark in the file. The normal mode refuses this mark; the mode for concurrent readers
-  // accepts it. Both modes refuse a file that is shorter than its header states.
+  // A killed writer leaves a mark in the file. HDF5's normal mode refuses a file with this mark, but its mode for
+  // concurrent readers accepts it. Both modes refuse a file that is shorter than its header states.
   if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
     if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
       const std::string why = h5_reason();
       if (const auto copy = lengthened_copy(file)) {
         if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-        std::filesystem::remove(*copy, code);  // the open file stays readable
+        std::filesystem::remove(*copy, code);  // the open file stays readable after it is removed
       }
       if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
     }
@@ -336,7 +339,8 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // Opens the ticks first, so that the cuts and patches of an active writer are at least as advanced as the ticks.
+  // The ticks are opened first. An active writer may add rows meanwhile, so the cuts and patches then extend at least
+  // to the last tick.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
@@ -380,18 +384,20 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
-  std::uint64_t servo_laws = 1;  // older files lack this attribute; they were recorded with version 1
+  std::uint64_t servo_laws = 1;  // version 1 for older files, which do not have this attribute
   get_attribute(root, "servo_laws", servo_laws);
   header.servo_laws = static_cast<std::uint32_t>(servo_laws);
   if (servo_laws < 1 || servo_laws > kServoLaws)
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  get_attribute(root, "model", header.model);  // older files lack this attribute; only one model existed then
-  // older files lack this attribute; vibration did not exist then
+  // older files do not have this attribute, because there was only one model
+  get_attribute(root, "model", header.model);
+  // Older files do not have this attribute, because there was no vibration.
   get_attribute(root, "vibration_band_Hz", header.vibration_band);
-  // older files lack this attribute; speeds were computed from differences then
+  // Older files do not have this attribute, because speeds were computed from differences of positions.
   get_attribute(root, "position_step_m", header.position_step);
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  std::uint64_t gives_torque = 1;  // older files lack this attribute; the torque of every device was used then
+  // older files do not have this attribute, because the torque of every device was used
+  std::uint64_t gives_torque = 1;
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
@@ -426,7 +432,7 @@ void SessionReader::Impl::read_header() {
   }
 }
 
-/// Reads the group "loop". Older files have no such group, and a truncated file may have lost it.
+/// Reads the group "loop". Older files do not have this group, and a truncated file may have lost it.
 void SessionReader::Impl::read_loop() {
   LoopFields f;
   const auto read = [&](const char* name, hid_t type, auto& numbers) {
@@ -480,7 +486,7 @@ void SessionReader::Impl::read_result() {
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;
-  std::uint64_t end = 0;  // end of the previous picture, because pictures must not overlap
+  std::uint64_t end = 0;  // end of the previous picture's bytes; pictures must not overlap
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (offsets[i] < end || offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
       throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes of another one or beyond the end",
@@ -495,7 +501,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Checks the columns that reveal gaps, for all ticks. Other columns are checked when they are read.
+  // Checks in all ticks the columns that show gaps. The other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -531,7 +537,7 @@ void SessionReader::Impl::find_gaps() {
       last_index = i, last_t = at, last_made = so_far;
     }
   }
-  // Assigns missing cuts to the gap of ticks that contains them. If no such gap exists, creates a new gap for them.
+  // Counts missing cuts in the gap of ticks that contains them. If there is no such gap, a new gap is created.
   const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
                            Nanos to) {
     const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
@@ -611,13 +617,13 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  // The order is important: if the process ends at any moment, the file is complete or its journal still exists.
+  // This order is necessary: whenever the process ends, either the file is complete or its journal still exists.
   if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
     throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // If the writer closed the file, the file is intact, even without a result.
+    // If the writer closed the file, the file is intact, even if it has no result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

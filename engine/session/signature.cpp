@@ -26,7 +26,7 @@ namespace typodont::session {
 namespace {
 
 constexpr std::string_view kFormat = "typodont-signature-1 HMAC-SHA256";
-constexpr std::size_t kBlock = 1 << 20;  // number of bytes that are read at once
+constexpr std::size_t kBlock = 1 << 20;  // number of bytes of the file that are read at once
 
 std::string hex(std::span<const unsigned char> bytes) {
   std::string text;
@@ -49,7 +49,7 @@ std::optional<std::array<unsigned char, 32>> from_hex(std::string_view text) {
   return bytes;
 }
 
-/// HMAC-SHA256 of data that is added in pieces.
+/// Computes the code HMAC-SHA256 of data that is added in pieces.
 class Mac {
  public:
   explicit Mac(std::span<const unsigned char> key)
@@ -137,11 +137,12 @@ std::filesystem::path signature_file(const std::filesystem::path& session) {
 
 namespace {
 
-/// Throws Error if `file` exists and is not a signature: a link with this name could lead to any file.
+/// Throws Error if `file` exists and is no signature. For example, a link with this name could lead to any file.
 void require_replaceable(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code) || std::filesystem::file_size(file, code) == 0) return;
-  constexpr std::string_view kFamily = kFormat.substr(0, kFormat.find('1'));  // signatures of every version
+  // beginning of the format text of signatures of every version
+  constexpr std::string_view kFamily = kFormat.substr(0, kFormat.find('1'));
   std::string head(kFamily.size(), '\0');
   std::ifstream(file, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
   if (head != kFamily)

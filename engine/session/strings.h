@@ -12,31 +12,33 @@ namespace typodont::session {
 enum class Language { kEnglish, kGerman, kChinese };
 inline constexpr int kLanguageCount = 3;
 
-/// Language for a tag: "en", "de", "zh", or a longer form as in LANG ("de_AT.UTF-8"). No value for other languages.
+/// Returns the language of a tag: "en", "de", "zh", or a longer form as in the variable LANG ("de_AT.UTF-8"). No value
+/// for other languages.
 std::optional<Language> language_named(std::string_view tag) noexcept;
-/// The language of the desktop (LC_ALL, LC_MESSAGES, LANG), or English.
+/// Returns the language that the user set in the environment (LC_ALL, LC_MESSAGES, LANG), or English.
 Language system_language() noexcept;
-/// BCP 47 tag, for <html lang>.
+/// Returns the BCP 47 tag of a language, for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 
-/// Text for a key, e.g. "title.report", "tissue.enamel". Returns the key itself if the key is unknown.
+/// Returns the text with a key such as "title.report" or "tissue.enamel". If the key is unknown, returns the key
+/// itself.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
-// Formats numbers for people, with the language's decimal sign: three significant digits, no exponent, no minus sign
-// before zero.
+// Formats a number for people, with the decimal sign of the language, without exponent, and without a minus sign before
+// zero. The second function shows three significant digits.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// Formats a number with its unit and a no-break space. An empty unit means that the number is a count. NaN (not
-/// measured) is shown as a dash.
+/// Formats a number with its unit and a no-break space between them. If the unit is empty, the number is a count. NaN
+/// (not measured) is shown as a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
-/// Formats a tool's name: "round_012" becomes "Round bur", the kind of tool without its number. Other tools keep
-/// their names.
+/// Returns the text for a tool's name: "round_012" becomes "Round bur", which is the kind of the tool without its
+/// number. Unknown tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// A right that the operating system may grant to the servo loop, and the system's answer. Used by the report and the
-/// operator's window.
+/// A right that the operating system may grant to the servo loop, and whether it granted it. The report and the
+/// operator's window show it.
 struct Granted {
-  std::string_view name;  // key in the catalogue
+  std::string_view name;  // key of the right's name in the text catalogue
   bool yes = false;
 };
 std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);

@@ -1,5 +1,5 @@
-// Reads a scene's "task": its description and its rules, for the report and the score. The program reads the ideal's
-// geometry (engine/app/task/task.h).
+// Reads the block "task" of a scene: its description and its rules, for the report and the score. Other code reads the
+// ideal's geometry (engine/app/task/task.h).
 #pragma once
 
 #include <array>
@@ -14,15 +14,16 @@
 
 namespace typodont::session {
 
-/// Actions that can complete a step. The hand moved, touched or drilled; the user changed the tool, the speed or the
-/// view, used undo or redo, or pressed the hold key; or the implant exercise finished the phase with the step's number.
+/// Actions that can complete a step of a task. The hand moves, touches or drills; the user changes the tool, the speed
+/// or the view, uses undo or redo, or presses the hold key; or the implant exercise completes the phase with the step's
+/// number.
 inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
                                                                   "undo", "redo",  "view",  "hold", "phase"};
 
-/// A text in all languages: "text", or {"en": …, "de": …, "zh": …}; "en" is required.
+/// A text in all languages, written in JSON as "text" or as {"en": …, "de": …, "zh": …}. The English text is required.
 struct TaskText {
   std::array<std::string, kLanguageCount> text;
-  /// Returns the English text if there is no translation.
+  /// Returns the text in this language, or the English text if there is no translation.
   const std::string& in(Language language) const;
   bool empty() const { return text[0].empty(); }
 };
@@ -31,21 +32,23 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // for each step: the action that completes it, one of kStepActions; empty: the user marks the step as done
+  // For each step, the action that completes it (one of kStepActions). If the action is empty, the user marks the step
+  // as done.
   std::vector<std::string> step_actions;
-  dvec3 axis_W{0, 0, 1};      // unit, direction out of the opening
-  std::optional<Json> ideal;  // the ideal as JSON; the program reads its geometry
-  std::vector<Json> protect;  // solids that must not be cut
-  bool explore = false;       // true if the task is to explore, not to cut
-  std::vector<Json> region;   // solids that define the region to explore
+  dvec3 axis_W{0, 0, 1};      // unit vector that points out of the opening
+  std::optional<Json> ideal;  // description of the ideal in JSON; other code reads its geometry
+  std::vector<Json> protect;  // solids in JSON that must not be cut
+  bool explore = false;       // true if the trainee should explore the tissue and not cut it
+  std::vector<Json> region;   // solids in JSON that define the region to explore
 };
 
-/// Reads and checks everything except solids and the ideal. Throws Error.
+/// Reads and checks a task, except its solids and its ideal. Throws Error.
 Task read_task(const Json& json);
 
-/// The rules of a scene. They come from its task; otherwise from its "score" block; otherwise they are the defaults.
+/// Returns the rules of a scene: those of its task, or those of its block "score" if there is no task, or the default
+/// rules if there is neither.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
-/// Computes the score by these rules and the scene's pass mark.
+/// Computes the score with the rules and the pass mark of a scene.
 Score score_of_scene(const Json& scene, const ScoreInput& input);
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Reads and writes ticks as a CSV table. Columns: docs/session_format.md, with the same names as in a session.
+// Reads and writes ticks as a CSV table. The columns have the same names as in a session file (docs/session_format.md).
 #pragma once
 
 #include <cstdio>
@@ -12,8 +12,8 @@
 
 namespace typodont::session {
 
-/// Writes rows as they arrive into a file. finish() completes the file; if it is not called, no file is created.
-/// Numbers have the shortest text that reads back as the same double, so that equal ticks give equal bytes. Throws
+/// Writes a table of ticks row by row. finish() completes the file; if it is not called, no file is created. A number
+/// is written as the shortest text that gives the same double when it is read. So equal ticks give equal bytes. Throws
 /// Error if writing fails.
 class TicksCsvWriter {
  public:
@@ -32,11 +32,11 @@ class TicksCsvWriter {
   std::string buffer_;
 };
 
-/// Reads a table that TicksCsvWriter wrote. Fields without a column (orientation, patch, cuts) keep their defaults;
-/// `index` counts rows. Throws Error naming line and column.
+/// Reads a table that TicksCsvWriter wrote. Members without a column (orientation, patch, cuts) keep their defaults,
+/// and `index` is the number of the row. Throws an Error that names line and column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
 
-/// The column names of the first line, in order.
+/// Returns the column names in the order of the first line.
 std::vector<std::string> ticks_csv_columns();
 
 }  // namespace typodont::session

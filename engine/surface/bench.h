@@ -1,4 +1,4 @@
-// Work–precision rows of the surface mesher for `typodont bench`: running time and accuracy.
+// Benchmark of the surface mesher for `typodont bench`: running time and accuracy.
 #pragma once
 
 #include <functional>
@@ -17,11 +17,11 @@ struct BenchOptions {
   double floor_32 = 6.5e-6;  // s, measured lower bound of the time for a changed block of 32³ samples (mean of 5–8 µs)
 };
 
-/// A sphere with a radius R of 50 voxels. `error` is N·ε/R for N triangles with the largest error ε; the time is per
-/// brick, and the baseline is an eighth of floor_32.
+/// Meshes a sphere with a radius R of 50 voxels. `error` is N·ε/R for N triangles with the largest error ε. The time is
+/// the time per brick; the baseline is an eighth of floor_32.
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
-/// Largest |distance| over a fine grid of points on every triangle.
+/// Returns the largest |distance| over a fine grid of points on every triangle.
 double largest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance);
 
 }  // namespace typodont::surface

@@ -22,12 +22,13 @@ struct WholeMesh {
     Tissue tissue = Tissue::kAir;  // the most frequent tissue around the vertex
   };
   std::vector<Vertex> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // triangles, counter-clockwise as seen from outside
 };
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Throws Error, naming the file, if write_mesh does not support the extension. Call this function before long work.
+/// Checks a file name. Throws Error with the file name if write_mesh() does not support the extension. Call this
+/// function before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
 /// Writes the file completely or not at all, in millimetres of W. The extension selects the format: .ply (binary, with

@@ -67,7 +67,7 @@ glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
 }
 
-// Fraction of tissue t at a corner, from its two most frequent tissues.
+// Returns the fraction of tissue t at a corner, from the corner's two most frequent tissues.
 float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
@@ -81,7 +81,8 @@ std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue h
       if (copies[i].low == low && copies[i].high == high) return i;
     }
   } else {
-    // The normals of a crease's two sides differ by far more than this tolerance allows.
+    // The two sides of a crease get different copies of a vertex, because their normals differ by far more than the
+    // tolerance.
     for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
       if (copies[i].low == low && copies[i].high == high && glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f) {
         return i;
@@ -127,9 +128,9 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A corner on a crease takes the normal of the triangle's side of the crease: the sum of the smooth corners' normals,
-  // or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a cell) is shaded as if it
-  // were round if the triangle is as small as a cell.
+  // A corner on a crease gets a normal of the side of the crease to which the triangle belongs: the sum of the smooth
+  // corners' normals, or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a cell) is
+  // shaded as if it were round if the triangle is as small as a cell.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -149,8 +150,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
   }
 }
 
-// `around`[o] is this brick (o = 0) or a lower neighbour (bit a of o is set: one brick lower along axis a); nullptr if
-// that brick does not exist.
+// Builds the mesh of a brick. `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is set, the
+// neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
 void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];

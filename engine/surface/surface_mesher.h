@@ -20,14 +20,14 @@
 
 namespace typodont::surface {
 
-/// 28 bytes, the layout of the vertex buffer. Positions are in the voxel frame of the bricks: p_W =
+/// A vertex in the layout of the vertex buffer, 28 bytes. Positions are in the voxel frame of the bricks: p_W =
 /// frame.to_world(position).
 struct SurfaceVertex {
-  glm::vec3 position{0};  // voxels
+  glm::vec3 position{0};  // voxels, position of the vertex
   glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
   // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
   // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.
-  Tissue tissue[2]{};       // [0] <= [1]
+  Tissue tissue[2]{};       // in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;
 };
@@ -39,7 +39,7 @@ struct BrickMesh {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
   /// A number for each vertex. Together with `owner`, the number identifies the vertex's point: all copies of a point
-  /// have the same number, in other bricks too. It is used to merge vertices.
+  /// have the same number, in other bricks too. The number is used to merge vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
   glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
@@ -48,8 +48,8 @@ struct BrickMesh {
 };
 
 struct MesherOptions {
-  /// Voxels. Cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are merged;
-  /// negative: nothing is merged.
+  /// Voxels, limit: cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are
+  /// merged; negative: nothing is merged.
   float tolerance = 0.1f;
 };
 
@@ -71,15 +71,16 @@ class SurfaceMesher {
   void remove(const glm::ivec3& key);
 
   /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. The keys
-  /// include bricks whose mesh has become empty. Valid until the next call of any function of this class.
+  /// include bricks whose mesh has become empty. The returned span is valid until the next call of any function of this
+  /// class.
   std::span<const glm::ivec3> remesh();
 
-  /// Returns a brick's mesh; nullptr if the brick contains no surface. Valid until the next remesh().
+  /// Returns a brick's mesh; nullptr if the brick contains no surface. The pointer is valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
-  /// Keys of all bricks with triangles, sorted.
+  /// Returns the keys of all bricks with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
+  /// Returns the hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
   std::uint64_t hash() const;
 
  private:

@@ -20,15 +20,15 @@ namespace {
 struct Bur {
   const char* name;
   HeadShape shape;
-  double diameter, length;  // m, of the bur
+  double diameter, length;  // m, size of the bur
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"pear 1.0 x 2 mm", HeadShape::kPear, 1.0e-3, 2e-3},
                          {"round end 1.0 x 4 mm", HeadShape::kRoundEndCylinder, 1.0e-3, 4e-3}};
-constexpr double kDeep = 1.5e-3;    // m, depth of the bur below the surface
-constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
+constexpr double kDeep = 1.5e-3;    // m, depth to which the bur sinks below the surface
+constexpr double kSpeed = 2e-6;     // speed of the bur in m per tick
 constexpr double kWiden = 0.7e-3;   // m, largest radius of the bur's circular path
-constexpr double kCircle = 0.5e-3;  // m, radius at which the circular path has the speed kSpeed
+constexpr double kCircle = 0.5e-3;  // m, radius of the circular path at which the bur has the speed kSpeed
 
 }  // namespace
 
@@ -42,7 +42,7 @@ void cavity_rows(const char* model, bool quick, std::vector<BenchRow>& rows) {
     settings.method = contact_method(model, "bench");
     std::uint64_t elements = 0;
     const std::vector<double> times = least_of([&] {
-      // The surface has 53,000 vertices.
+      // With these values, the surface of the block has 53,000 vertices.
       LockStep steps(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin",
                        "solid": {"box": {"center_mm": [0, 0, -2], "size_mm": [12.7, 12.7, 4]}}}]})",
                                                           "bench"))),

@@ -1,4 +1,4 @@
-// Time of a servo tick deep in tissue, for the contact models of triangle meshes.
+// Measures the time of a servo tick deep in tissue, for the contact models that use triangle meshes.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace typodont::haptics::bench {
 
-/// Burs of three shapes sink 1.5 mm into a block of dentin and widen the hole on a growing circle.
+/// Adds the rows. Burs of three shapes sink 1.5 mm into a block of dentin and widen the hole on a growing circle.
 void cavity_rows(const char* model, bool quick, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

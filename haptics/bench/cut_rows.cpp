@@ -15,7 +15,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// A row of consecutive samples along z that differ between two patches.
+/// Consecutive samples along z that a cut changes, so that they differ between two patches.
 struct Stretch {
   std::size_t from, count;
 };
@@ -32,7 +32,7 @@ std::vector<Stretch> changed_stretches(const SurfacePatch& before, const Surface
   return list;
 }
 
-/// Reads and writes groups of samples, with the vector width of the processor.
+/// Reads and writes groups of samples, with the largest vectors of the processor.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_groups(float* samples, const CutFront::Place* places, std::size_t groups, float least) {
   for (std::size_t g = 0; g < groups; ++g) {
@@ -84,7 +84,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  // number of cuts of 0.03 voxel (as in drilling) after which every list has been renewed once
+  // Number of cuts of 0.03 voxel (as in drilling) after which every list of the active front was renewed once.
   constexpr int kCycle = 34;
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {

@@ -39,14 +39,15 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       }
       double left = 0;
       for (const double volume : last->carver.volume().volumes()) left += volume;
-      // Compares the servo's work with the volume in the carver: removed volume = work / specific energy.
+      // Compares the volume that the servo's work can remove (work / specific energy) with the volume that the carver
+      // has removed.
       error = std::abs(work / 8e9 / (whole - left) - 1);
       return run;
     });
     Scene& scene = *last;
     rows.push_back({"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
     rows.push_back({"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
-    if (!by_default(options)) continue;  // the rows below need the patches of the default model
+    if (!by_default(options)) continue;  // the following rows need the patches of the default model
     const double floor = drilling_floor(dense, settings, options.ticks);
     rows.push_back(
         {"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});

@@ -1,5 +1,5 @@
-// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant` without contact and in a bed, with tool
-// voxels of 0.06 mm.
+// Measures ticks of the model `implant` (paper S1 in docs/papers.md), without contact and in a bed. The tool has voxels
+// of 0.06 mm.
 #include <fmt/format.h>
 
 #include <memory>
@@ -25,8 +25,8 @@ namespace {
 
 using namespace implant;
 
-/// Cancellous bone below 2 mm of cortical bone; the surface is at z = 0. `bed_mm`: depth of a bed of 4.2 mm around the
-/// z axis, 0: none.
+/// Makes cancellous bone under 2 mm of cortical bone, with the surface at z = 0. `bed_mm` is the depth of a bed with a
+/// diameter of 4.2 mm around the z axis; 0 means no bed.
 DenseTissue bone(double bed_mm) {
   const auto bored = [&](const std::string& box) {
     return bed_mm > 0 ? fmt::format(R"({{"difference": [{}, {{"cylinder": {{"radius_mm": 2.1, "height_mm": {}}}}}]}})",
@@ -65,9 +65,9 @@ struct Case {
   const char* name;
   Tool tool;
   double pedal;
-  double bed_mm;  // mm, depth of the bed that exists at the start; 0: none
-  Motion state;   // state of the motion at the end
-  dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre, m
+  double bed_mm;  // mm, depth of the bed at the start; 0 if there is none
+  Motion state;   // state that the tool must have at the end of the motion
+  dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre in m
 };
 
 std::vector<double> times_of(const Case& now, int count) {

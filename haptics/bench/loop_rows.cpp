@@ -21,7 +21,8 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const dvec3 above(0, 0, kBlockTop + 2e-3);
   scene.tick({above}, 0);
   constexpr int kBatch = 256;
-  std::vector<HandSample> way;  // samples computed in advance, because in a session the device delivers them
+  // samples of the hand, computed before the measurement, because in a session the device delivers them
+  std::vector<HandSample> way;
   for (int k = 0; k < kBatch; ++k) way.push_back({0, {above + dvec3(1e-6 * k, 0, 0)}, 0});
   const double ns = batch_ns(std::max(options.ticks / 100, 5), kBatch, [&](int k) {
     HandSample& hand = way[static_cast<std::size_t>(k)];
@@ -32,8 +33,8 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
 }
 
 /// Counts missed deadlines while another thread keeps a second core busy. Without drilling, the count shows how many
-/// deadlines the machine itself misses. Like a session's servo, the loop sleeps, then spins, and has real-time
-/// priority if allowed.
+/// deadlines the machine itself misses. Like the servo of a session, the loop first sleeps and then spins, and has
+/// real-time priority if the system grants it.
 static void deadline_rows(const BenchOptions& options, bool drilling, std::vector<BenchRow>& rows) {
   constexpr Nanos kPeriod = 100'000, kSpin = 40'000;
   ServoSettings settings;
@@ -73,7 +74,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
       late.push_back(static_cast<double>(end - next));
       ++ticks;
       next += kPeriod;
-      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that did not run
+      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that were skipped
     }
   });
   servo.join();

@@ -1,5 +1,5 @@
-// Triangle meshes with levels of detail (paper S3 in docs/papers.md): time of a sliding tick, by the number of
-// vertices.
+// Measures triangle meshes with levels of detail (paper S3 in docs/papers.md): the time of a sliding tick against the
+// number of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,12 +28,12 @@ using namespace mesh_lod;
 
 constexpr double kSpeed = 30e-3;   // m/s, speed of the hand
 constexpr double kDepth = 0.3e-3;  // m, depth of the hand below the surface
-// m, radii of the sliding tips: a point as in the paper, and the explorer's tip
+// Radii of the sliding tips in m: almost a point, as in the paper, and the tip of an explorer.
 constexpr double kTips[] = {1e-9, 0.125e-3};
 constexpr int kTurn = 60;       // number of ticks after which the hand changes its direction
-constexpr int kApproach = 100;  // number of ticks from the air to the surface
+constexpr int kApproach = 100;  // number of ticks in which the hand moves from the air to the surface
 
-/// Path of a hand over the mesh, computed on one of the levels and used for all of them.
+/// Returns the path of a hand over the mesh. It is computed on one level of detail and used for all levels.
 std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
   dvec3 top(0, 0, -1e300);
   for (std::uint32_t i = 0; i < grid.size(); ++i)
@@ -50,7 +50,7 @@ std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
     if (i < kApproach) {
       hand = top + dvec3(0, 0, tip + 0.2e-3 - (kDepth + 0.2e-3) * i / (kApproach - 1));
     } else {
-      const double turn = 2.4 * (i / kTurn);  // rad, multiples of the golden angle, so that no direction repeats
+      const double turn = 2.4 * (i / kTurn);  // rad, multiple of the golden angle, so that the directions never repeat
       const dvec3 ahead(std::cos(turn), std::sin(turn), 0);
       const dvec3 along = ahead - glm::dot(ahead, n) * n;
       hand = point.place() - kDepth * n + kSpeed * 1e-3 * along;
@@ -72,14 +72,14 @@ TissueVolume with_mesh(TissueMesh mesh) {
 struct Bur {
   const char* name;
   HeadShape shape;
-  double diameter, length;  // m
+  double diameter, length;  // m, size of the bur
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cylinder 1.0 x 4 mm", HeadShape::kCylinder, 1.0e-3, 4e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
 
-/// A bur sinks into the highest cusp and moves to and fro there. Measures the time of a tick on both threads.
+/// Measures the time of a tick on both threads while a bur sinks into the highest cusp and oscillates there.
 void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

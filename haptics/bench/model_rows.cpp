@@ -1,6 +1,6 @@
-// `typodont bench models`: every contact model on the same tissue, with the same hand and clock, compared with the
-// exact answer. A row's name is "tissue, motion, model: measure"; its knob is the setting that trades accuracy for
-// time.
+// The command `typodont bench models`. It measures every contact model on the same tissue, with the same hand and
+// clock, and compares it with the exact result. The name of a row is "tissue, motion, model: measure". Its knob is the
+// setting that makes the model more accurate or faster.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -33,26 +33,27 @@ using namespace bench;
 
 constexpr double kStiffness = 1000;      // N/m, stiffness of tissue and coupling
 constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
-// N, lower limit of forces whose direction is evaluated; the direction of a smaller force is not meaningful
+// Smallest force in N whose direction is evaluated, because the direction of a smaller force has no meaning.
 constexpr double kLeast = 0.02;
-constexpr int kSettled = 100;     // number of ticks until the hand is on the surface and the force's ramp is over
-constexpr double kFallen = 8e-3;  // m, depth below the surface at which a bur has fallen through the tissue
+// number of ticks after which the hand is on the surface and the force has risen completely
+constexpr int kSettled = 100;
+constexpr double kFallen = 8e-3;           // m; a bur deeper than this below the surface has fallen through the tissue
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
-constexpr double kHeld = 0.1;              // N, smallest force on a hand beyond a sheet that counts as holding the hand
-constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands
-constexpr double kLedger = 1e-9;           // J, limit of the ledger's debt
-constexpr std::uint64_t kSeed = 1;         // seed of all random hands
-constexpr double kGrid = 0.02e-3;          // m, spacing of the grid that counts a swept volume
+constexpr double kHeld = 0.1;  // N; a hand on the other side of a sheet counts as held if its force is at least this
+constexpr double kHostileForce = 8;  // N, force limit for erratic hands
+constexpr double kLedger = 1e-9;     // J, largest debt of the energy ledger that passes
+constexpr std::uint64_t kSeed = 1;   // seed of all random hands
+constexpr double kGrid = 0.02e-3;    // m, spacing of the grid with which a swept volume is measured
 
-/// A contact model with one value of the setting that trades accuracy for time.
+/// A contact model with one value of its setting, which makes it more accurate or faster.
 struct Setting {
   std::string model, knob;
   SharedContactMethod method;
-  double voxel_mm = 0.1;  // mm, voxel of the tissue's field
+  double voxel_mm = 0.1;  // mm, voxel edge of the tissue's distance field
 };
 
-/// The settings of a model that the bench measures on a tissue, from cheap to accurate. An anatomy has its own voxel
-/// sizes; its mesh is used unchanged.
+/// Returns the settings with which a model is measured on a tissue, from fast to accurate. An anatomy states its own
+/// voxel sizes; its mesh is used unchanged.
 std::vector<Setting> settings_of(const std::string& model, const ModelTissue& tissue, bool quick) {
   std::vector<Setting> all;
   const bool anatomy = !tissue.voxels_mm.empty();
@@ -86,7 +87,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
   return all;
 }
 
-/// The default setting of a model.
+/// Returns the default setting of a model.
 Setting default_setting(const std::string& model) {
   const DefaultMethod usual = default_method(model);
   return {model, usual.knob, usual.method, kDefaultVoxel};
@@ -111,13 +112,13 @@ double angle_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
 
-/// Statistics of a run's force: error against the exact force, largest step, energy.
+/// Statistics of the force in a run: its error against the exact force, its largest step, and the energy that it gave.
 class ForceRecord {
  public:
-  /// Adds one tick: the force, the exact force, and the hand's displacement since the last tick. `counts`: the tick
-  /// enters the error statistics.
+  /// Adds one tick: the force, the exact force, and the hand's displacement since the last tick. If `counts` is false,
+  /// the tick does not count for the error.
   void add(const dvec3& force, const dvec3& truth, const dvec3& moved, bool counts) {
-    // The force of the previous tick acted during this displacement.
+    // During this displacement, the force of the previous tick acted.
     given_ += glm::dot(last_, moved);
     most_given_ = std::max(most_given_, given_);
     if (counts) {
@@ -139,9 +140,9 @@ class ForceRecord {
   double worst_angle() const { return worst_angle_; }
   double size() const { return std::sqrt(size_squares_ / std::max(count_, 1)); }
   double worst_size() const { return worst_size_; }
-  /// Largest step of the force in a tick, minus the step of the exact force, N.
+  /// Largest step of the force from tick to tick, minus the step of the exact force, in N.
   double step() const { return step_; }
-  /// Largest energy that the force had given to the hand at any time, J.
+  /// Largest energy, in J, that the force had given to the hand at any time.
   double given() const { return most_given_; }
 
  private:
@@ -172,7 +173,7 @@ class ModelBench {
         }
         const Setting usual = default_setting(model);
         setting_ = &usual;
-        // A short run would not reach the tissue, so it is left out.
+        // With the option `quick` this is omitted, because a short run does not come to the tissue.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
       }
     }
@@ -205,7 +206,7 @@ class ModelBench {
     return settings;
   }
 
-  /// A hand that follows a path regardless of the force. The servo uses a spring without damper and friction.
+  /// Measures a hand that follows a path whatever the force is. The servo has a spring without damper and friction.
   void follow(const char* motion, const Course& course) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -218,7 +219,7 @@ class ModelBench {
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
-    // Equal passes do equal work, so the minimum over the passes is the time of a tick without interrupts.
+    // All passes do the same work. So the minimum over the passes is the time of a tick without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
         times[i] = std::min(times[i], scene.tick({course.hand[i]}, 0));
@@ -231,7 +232,7 @@ class ModelBench {
         const ExactShape::Nearest at = tissue_->shape.nearest(scene.last.X_WG.p, 2 * kProbeRadius);
         penetration = std::max(penetration, kProbeRadius - at.distance);
       }
-      // Moves the tool away from the surface, to the start.
+      // Moves the tool back to the start of the path, away from the surface.
       for (int i = 0; i < 50; ++i) scene.tick({course.hand.front()}, 0);
     }
     const double median = quantile(times, 0.5);
@@ -254,7 +255,7 @@ class ModelBench {
     add("set-up", "time", setup, "s of processor");
   }
 
-  /// A round bur in a simulated hand of 0.15 kg that pushes with 1 N and moves to and fro.
+  /// Measures drilling with a round bur. The simulated hand has 0.15 kg, pushes with 1 N and oscillates.
   void drill() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -321,7 +322,8 @@ class ModelBench {
     }
   }
 
-  /// Repeats the slide with friction: compares the ratio of tangential to normal force with Coulomb's coefficient.
+  /// Measures friction: repeats the slide and compares the ratio of tangential to normal force with Coulomb's
+  /// coefficient.
   void drag(const Course& course) {
     ServoSettings settings = servo_settings();
     settings.cutting = false;
@@ -343,14 +345,14 @@ class ModelBench {
     add("drag", "friction", 100 * worst, "%, greatest");
   }
 
-  /// Presses the bur of drill() onto a sheet. Measures whether the bur comes through, and the remaining force.
+  /// Presses the bur of drill() onto a sheet. Measures whether the bur comes through, and which force remains.
   void break_through() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
     Scene scene(tissue_->make(setting_->voxel_mm), settings);
     dvec3 x(0.2e-3, 0.1e-3, 0.15e-3 + kProbeRadius + 2e-5), v(0);
     const dvec3 rest = x;
-    const double beyond = -(0.15e-3 + kProbeRadius);  // m, limit of the height: a lower bur has left the sheet
+    const double beyond = -(0.15e-3 + kProbeRadius);  // m; a bur lower than this has left the sheet
     double step = 0, left = 0, through = 0;
     dvec3 last(0);
     const int ticks = options_.quick ? 1500 : 4000;
@@ -373,7 +375,7 @@ class ModelBench {
     add("break-through", "step, felt", step, "N a tick");
   }
 
-  /// Moves hands through a sheet by 1, 5 and 20 mm per tick. Measures whether a force still holds them back.
+  /// Moves hands through a sheet by 1, 5 and 20 mm per tick. Measures whether a force still pulls them back.
   void escape(double thickness_mm) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -386,7 +388,7 @@ class ModelBench {
       for (int k = 0; k < hands; ++k) {
         const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
         const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3 * step_mm);
-        // The hand is far away here, so the next contact begins anew.
+        // Moves the hand far away, so that the next contact begins anew.
         for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
         for (int i = 0; i < 20; ++i) scene.tick({from}, 0);
         dvec3 hand = from;
@@ -400,7 +402,7 @@ class ModelBench {
     }
   }
 
-  /// Motions that no human makes. The force must be finite and bounded, and must give the hand no energy.
+  /// Tests motions that no human makes. The force must be finite and limited, and must not give energy to the hand.
   void hostile() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -415,7 +417,7 @@ class ModelBench {
       ErraticHand wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
       double least = 0;
       for (int i = 0; i < ticks; ++i) {
-        // The hand moves down into the tissue every two seconds.
+        // Every two seconds the hand moves down into the tissue.
         const Pose at = wanderer.next(settings.tick);
         const dvec3 down = (1.5e-3 + kProbeRadius) * 0.5 * (1 - std::cos(kPi * 1e-3 * i)) *
                            glm::normalize(tissue_->shape.nearest(tissue_->start, 5e-3).p - tissue_->start);

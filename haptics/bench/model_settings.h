@@ -1,5 +1,5 @@
-// The default setting of each contact model, for measurements that do not vary the setting: comparison of models, and
-// stress.
+// The default setting of each contact model, for measurements that do not vary the setting: the comparison of models
+// and the stress tests.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,13 +11,13 @@
 
 namespace typodont::haptics::bench {
 
-inline constexpr double kDefaultVoxel = 0.1;  // mm, voxel of the distance field
+inline constexpr double kDefaultVoxel = 0.1;  // mm, voxel edge of the distance field
 
 inline SharedContactMethod method_of(const std::string& json) {
   return read_contact_method(Json::parse(json, "bench"));
 }
 
-/// A method with its default setting. `knob`: the setting in words, for example "10000 spheres".
+/// A contact method with its default setting. `knob` describes the setting, for example "10000 spheres".
 struct DefaultMethod {
   std::string knob;
   SharedContactMethod method;

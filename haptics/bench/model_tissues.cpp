@@ -17,12 +17,12 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTick = 1e-3;  // s
-constexpr int kDescent = 60;    // number of ticks from the air to the surface
+constexpr double kTick = 1e-3;  // s, period of the servo
+constexpr int kDescent = 60;    // number of ticks in which the hand moves from the air to the surface
 constexpr int kTurn = 60;       // number of ticks after which a hand on an anatomy changes its direction
 
-/// A prism along y with the cross-section `xz` (counter-clockwise with x to the right and z up). Its caps are triangle
-/// fans around the first point.
+/// Makes a prism along y with the cross-section `xz` (counter-clockwise, with x to the right and z up). Each end is a
+/// fan of triangles around the first point.
 TissueMesh prism(std::initializer_list<glm::dvec2> xz, double half_length) {
   TissueMesh mesh;
   const auto n = static_cast<std::uint32_t>(xz.size());
@@ -52,7 +52,8 @@ std::function<TissueVolume(double)> sampled(std::string solid) {
   };
 }
 
-/// Direction of the motion around a body, about an oblique axis, so that the hand crosses faces and edges.
+/// Returns the direction of a motion around a body. It turns about an oblique axis, so that the hand crosses faces and
+/// edges.
 dvec3 around(int, const dvec3&, const dvec3& n) {
   return glm::cross(dvec3(0.1, 1, 0.25), n);
 }
@@ -66,14 +67,14 @@ std::vector<ModelTissue> analytic_tissues() {
   all.push_back({"torus", ExactShape::torus(4.0_mm, 1.5_mm),
                  sampled(R"({"torus": {"axis": [0, 0, 1], "major_mm": 4, "minor_mm": 1.5}})"), dvec3(4.0_mm, 0, 2.5_mm),
                  [](int, const dvec3& c, const dvec3& n) {
-                   const dvec3 along = glm::normalize(dvec3(-c.y, c.x, 0));  // unit, direction of the tube
+                   const dvec3 along = glm::normalize(dvec3(-c.y, c.x, 0));  // unit vector along the tube of the torus
                    return glm::cross(along, n) + 0.4 * along;
                  }});
   all.push_back({"box edges", ExactShape::triangles(box(3.0_mm, 3.0_mm, 2.0_mm)),
                  sampled(R"({"box": {"size_mm": [6, 6, 4]}})"), dvec3(0.2_mm, 0.1_mm, 3.0_mm), around});
   all.push_back({"thin sheet", ExactShape::triangles(box(3.0_mm, 3.0_mm, 0.15_mm)),
                  sampled(R"({"box": {"size_mm": [6, 6, 0.3]}})"), dvec3(0.2_mm, 0.1_mm, 1.2_mm), around, false});
-  // Makes a groove of 60 degrees and 2 mm depth in the top of a block.
+  // The tissue is a block with a groove in its top. The groove is 2 mm deep and has an angle of 60 degrees.
   const double mouth = 2.0_mm * std::tan(30 * kDegree);
   all.push_back(
       {"groove",
@@ -85,7 +86,7 @@ std::vector<ModelTissue> analytic_tissues() {
                      {"halfspace": {"normal": [0.8660254037844387, 0, -0.5], "offset_mm": 1}},
                      {"halfspace": {"normal": [-0.8660254037844387, 0, -0.5], "offset_mm": 1}}]}]})"),
        dvec3(-2.0_mm, -1.0_mm, 1.0_mm), [](int i, const dvec3& c, const dvec3&) {
-         // The hand moves to and fro across the groove, and slowly along it.
+         // The hand moves to and fro across the groove, and slowly along the groove.
          const bool there = (i / 250) % 2 == 0;
          return dvec3(there ? 1 : -1, c.y < 1.5_mm ? 0.15 : 0, 0);
        }});
@@ -109,7 +110,8 @@ ModelTissue mesh_tissue(const ModelAnatomy& anatomy) {
           anatomy.make,
           anatomy.start + (kProbeRadius + 0.5_mm) * out,
           [out](int i, const dvec3&, const dvec3&) {
-            const double turn = 2.4 * (i / kTurn);  // rad, multiples of the golden angle, so that no direction repeats
+            // rad, multiple of the golden angle, so that the directions never repeat
+            const double turn = 2.4 * (i / kTurn);
             const dvec3 a = glm::normalize(glm::cross(out, std::abs(out.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
             return std::cos(turn) * a + std::sin(turn) * glm::cross(out, a);
           },

@@ -1,4 +1,4 @@
-// The servo's tick for every shipped tool and several motions of a hand.
+// Measures the servo's tick for every tool of the program and several motions of a hand.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,10 +21,11 @@ namespace {
 constexpr std::string_view kBone = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 16]}}}])";
 constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
 
-/// Motion of a hand that holds a tool in a hole: greatest angular and greatest linear speed of an oscillation.
+/// An oscillation of a hand that holds a tool in a hole. `turn` is its largest angular speed and `way` its largest
+/// linear speed.
 struct Motion {
   const char* name;
-  double turn, way;  // rad/s, m/s
+  double turn, way;  // largest angular speed in rad/s, largest linear speed in m/s
 };
 constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"turns at 1 rad/s", 1, 0},
@@ -32,14 +33,15 @@ constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"goes at 0.5 m/s", 0, 0.5},
                                {"turns at 20 rad/s and goes at 0.5 m/s", 20, 0.5}};
 
-/// Pushes the tool straight down, then oscillates it about one axis across the shank and along another.
+/// A hand that pushes the tool straight down. Then it oscillates: it rotates the tool about one axis across the shank,
+/// and moves it along another.
 class MovingHand {
  public:
   MovingHand(const Tool& tool, const Motion& motion)
       : motion_(motion), from_(kBoneTop + tool.half() + 0.1e-3), down_(std::min(tool.length + 2e-3, 8e-3)) {}
   static constexpr double kDown = 0.4;  // s, duration of the push down
   Pose next(double dt) {
-    constexpr double kSwing = 6, kAside = 15;  // Hz
+    constexpr double kSwing = 6, kAside = 15;  // Hz, frequencies of the rotation and of the sideways motion
     t_ += dt;
     const double sunk = down_ * std::min(t_ / kDown, 1.0), t = std::max(t_ - kDown, 0.0);
     const double turn = motion_.turn / (2 * kPi * kSwing) * std::sin(2 * kPi * kSwing * t);

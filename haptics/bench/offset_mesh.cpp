@@ -47,7 +47,7 @@ OffsetMesh::OffsetMesh(double radius, int subdivisions) {
   corners_ = std::move(mesh.triangles);
 }
 
-/// The first face that the segment enters from outside (Möller & Trumbore 1997).
+/// Returns the first face that the segment enters from outside (Möller & Trumbore 1997).
 std::optional<OffsetMesh::Hit> OffsetMesh::first_hit(const dvec3& from, const dvec3& to) const noexcept {
   const dvec3 way = to - from;
   std::optional<Hit> first;
@@ -55,7 +55,7 @@ std::optional<OffsetMesh::Hit> OffsetMesh::first_hit(const dvec3& from, const dv
     const mesh_lod::Face& face = grid_.face(i);
     const dvec3 e = face.b - face.a, f = face.c - face.a, across = glm::cross(way, f);
     const double det = glm::dot(e, across);
-    if (!(det > 0)) return;  // the segment is parallel to the face, or leaves the ball
+    if (!(det > 0)) return;  // the segment is parallel to the face, or goes out of the ball
     const dvec3 off = from - face.a;
     const double u = glm::dot(off, across) / det;
     if (u < 0 || u > 1) return;
@@ -69,7 +69,7 @@ std::optional<OffsetMesh::Hit> OffsetMesh::first_hit(const dvec3& from, const dv
 
 dvec3 OffsetMesh::follow(const dvec3& goal) noexcept {
   constexpr int kMostPlanes = 3;
-  constexpr double kLift = 1e-8;  // m, height of the proxy above a face that holds it
+  constexpr double kLift = 1e-8;  // m, height of the proxy above the face that stops it
   dvec3 target = goal, shaded(0), n[kMostPlanes];
   for (int planes = 0; planes < kMostPlanes; ++planes) {
     const std::optional<Hit> hit = first_hit(proxy_, target);
@@ -82,8 +82,8 @@ dvec3 OffsetMesh::follow(const dvec3& goal) noexcept {
     const glm::uvec3& corner = corners_[hit->face];
     shaded = glm::normalize((1 - hit->u - hit->v) * normals_[corner.x] + hit->u * normals_[corner.y] +
                             hit->v * normals_[corner.z]);
-    // Computes the part of the motion that all planes so far allow: a motion within one plane; along the edge of two;
-    // none with three.
+    // Computes the part of the motion that the planes found so far allow. With one plane it is a motion in the plane,
+    // and with two planes a motion along their common edge. With three planes there is no motion.
     const dvec3 rest = goal - proxy_;
     if (planes == 0) {
       target = proxy_ + rest - glm::dot(rest, n[0]) * n[0];

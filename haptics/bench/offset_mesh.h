@@ -1,5 +1,5 @@
-// A point proxy on a mesh that was offset beforehand by the head's radius, with force shading. Programs based on
-// CHAI3D use this method for a ball. Only a reference for bench rows.
+// A reference for bench rows: a point proxy on a mesh that was enlarged by the head's radius, with force shading.
+// Programs based on CHAI3D use this method for a ball.
 #pragma once
 
 #include <cstdint>
@@ -12,27 +12,28 @@ namespace typodont::haptics::bench {
 
 class OffsetMesh {
  public:
-  /// Makes a ball at the origin: an icosahedron whose triangles are quartered `subdivisions` times. Set-up time.
+  /// Makes a ball at the origin: an icosahedron whose triangles are divided into four `subdivisions` times. Set-up
+  /// time.
   OffsetMesh(double radius, int subdivisions);
   std::size_t triangles() const { return grid_.size(); }
 
-  /// Places the proxy, which must be outside.
+  /// Sets the position of the proxy, which must be outside.
   void place(const dvec3& p) { proxy_ = p; }
-  /// One tick: moves the proxy to the point nearest to `goal` that it can reach along the surface (Zilles & Salisbury
-  /// 1995). Returns the force's direction, interpolated from the vertices' normals (Morgenbesser & Srinivasan 1996);
-  /// zero without contact.
+  /// Computes one tick: moves the proxy along the surface to the point nearest to `goal` (Zilles & Salisbury 1995).
+  /// Returns the direction of the force, interpolated from the normals of the vertices (Morgenbesser & Srinivasan
+  /// 1996). It is zero without contact.
   dvec3 follow(const dvec3& goal) noexcept;
 
  private:
   struct Hit {
     std::uint32_t face;
-    double part;  // fraction of the segment
-    double u, v;  // weights of the face's second and third corner
+    double part;  // position of the hit as a fraction of the segment
+    double u, v;  // weights of the face's second and third corner at the hit
   };
   std::optional<Hit> first_hit(const dvec3& from, const dvec3& to) const noexcept;
 
   mesh_lod::TriangleGrid grid_;
-  std::vector<glm::uvec3> corners_;  // corners of each face
+  std::vector<glm::uvec3> corners_;  // indices of each face's corners
   std::vector<dvec3> normals_;       // unit normal at each vertex
   dvec3 proxy_{0};
 };

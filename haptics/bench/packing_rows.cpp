@@ -1,4 +1,4 @@
-// Sphere packings (paper S2 in docs/papers.md): coverage, and time and accuracy of contact and cutting.
+// Measures sphere packings (paper S2 in docs/papers.md): coverage, and the time and accuracy of contact and cutting.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,9 +30,9 @@ namespace {
 
 using namespace packing;
 
-constexpr double kBall = 5e-3;     // m, radius of the tissue, a ball
+constexpr double kBall = 5e-3;     // m, radius of the tissue, which is a ball
 constexpr double kHead = 0.6e-3;   // m, radius of a round bur
-constexpr double kDepth = 0.1e-3;  // m, depth to which the surface is estimated
+constexpr double kDepth = 0.1e-3;  // m, depth at which the surface is estimated
 constexpr std::size_t kToolSpheres = 200;
 
 DenseTissue ball_field() {
@@ -40,7 +40,7 @@ DenseTissue ball_field() {
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 5}}}]})", "bench"));
 }
 
-/// A pseudo-random unit vector; equal seeds give equal vectors.
+/// Returns a pseudo-random unit vector. Equal seeds give equal vectors.
 dvec3 direction(std::mt19937_64& random) {
   std::uniform_real_distribution<double> u(-1, 1);
   while (true) {
@@ -50,7 +50,7 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Volume of the part of the ball that lies within `r` of the segment, m³; counts points of a grid.
+/// Volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are counted.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -66,7 +66,7 @@ double exact_groove(const dvec3& a, const dvec3& b, double r) {
   return static_cast<double>(count) * h * h * h;
 }
 
-/// The model "packing" with a packing that exists already.
+/// The model "packing" with a packing that was computed before.
 class PackedMethod final : public ContactMethod {
  public:
   explicit PackedMethod(const SpherePacking& packing) : packing_(packing) { parameters_.spheres = packing.size(); }
@@ -109,8 +109,8 @@ class Rows {
   }
 
  private:
-  /// Moves a tool of many spheres through the surface: with a tree over the tissue's spheres, with a tree over the
-  /// tool's spheres, and without a tree.
+  /// Moves a tool of many spheres through the surface. Compares three searches: with a tree over the tissue's spheres,
+  /// with a tree over the tool's spheres, and without a tree.
   void collision(const SpherePacking& packing, bool quick) {
     Tool head;
     head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
@@ -132,7 +132,7 @@ class Rows {
         first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
       }
       by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (i >= 2) continue;  // brute force is slow, and always takes the same time
+      if (i >= 2) continue;  // the search without a tree is slow and always takes the same time
       start = thread_cpu_time();
       for (std::size_t t = 0; t < tool.radius.size(); ++t) {
         first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);
@@ -172,7 +172,7 @@ class Rows {
         "look");
   }
 
-  /// Measures the three passes of one tick on the CPU, and on a Vulkan device if one exists.
+  /// Measures the three passes of a tick separately, on the CPU and, if there is one, on a Vulkan device.
   void passes(const SpherePacking& packing, bool quick) {
     std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
     if (!on_device) return;
@@ -214,7 +214,7 @@ class Rows {
     }
   }
 
-  /// Complete ticks of a servo with this model: a round bur is pressed onto the ball and drawn over it.
+  /// Measures complete ticks of a servo with this model. A round bur is pressed onto the ball and moved over it.
   void ticks(const SpherePacking& packing, bool quick) {
     const int count = quick ? 1000 : 5000;
     ServoSettings settings;
@@ -255,7 +255,7 @@ std::vector<BenchRow> bench_packing(bool quick) {
     measured.packed(packing, to_seconds(thread_cpu_time() - start));
     measured.of(packing, quick);
   }
-  // Fits the time of a tick as c · spheres^p, by least squares of the logarithms.
+  // Fits the time of a tick by c · spheres^p, with least squares of the logarithms.
   double x = 0, y = 0, xx = 0, xy = 0, k = 0;
   for (const BenchRow& row : rows) {
     if (row.name != "cutting tick, median") continue;

@@ -1,5 +1,5 @@
-// The total CPU time of a tick: the servo's own time, and the time of the whole process with carver and transfer of
-// patches.
+// Measures the total CPU time of a tick: the time of the servo alone, and the time of the whole process with the carver
+// and the transfer of patches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,9 +19,10 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-constexpr int kApproach = 200;  // number of ticks before the measurement: first patch, ramp of the force, first contact
+// number of ticks before the measurement begins; by then the force has risen and contact exists
+constexpr int kApproach = 200;
 
-/// One hand with one tool. `hand(i, last, dt)`: the tool's pose in tick i, after the tick `last`.
+/// One hand with one tool. `hand(i, last, dt)` returns the tool's pose in tick i after the tick `last`.
 struct ProcessCase {
   std::string name;
   Tool tool;
@@ -30,7 +31,8 @@ struct ProcessCase {
   std::function<std::function<Pose(int, const ServoTick&, double)>()> hand;
 };
 
-/// A hand that slides around a ball at 30 mm/s, 0.4 mm deep, on a great circle that is oblique to the voxel axes.
+/// Returns the tool's pose for a hand that slides around a ball at 30 mm/s and a depth of 0.4 mm. Its path is a great
+/// circle that is oblique to the voxel axes.
 Pose slide(int tick, const Tool& tool, double dt) {
   constexpr double kSpeed = 0.03;  // m/s
   const double radius = kBallRadius + tool.radius(), angle = kSpeed * dt * tick / radius + 0.3;
@@ -55,10 +57,10 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// CPU time of a run. Servo, carver and transfer run in one thread here, so the CPU time of this thread is that of
+/// CPU time of a run. Here servo, carver and transfer run on one thread, so the CPU time of this thread is the time of
 /// the whole program.
 struct ProcessTime {
-  double all = std::numeric_limits<double>::infinity();  // ns, mean time per tick
+  double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with the carver and the transfer
   std::vector<double> servo;                             // ns, time of the servo in each tick
 };
 ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
@@ -85,7 +87,7 @@ ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchO
   return time;
 }
 
-/// Adds the fraction of ticks in each octave of time: 1 to 2 µs, 2 to 4 µs …
+/// Adds the fraction of ticks in each octave of time: 1 to 2 µs, 2 to 4 µs, and so on.
 void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
                     std::vector<BenchRow>& rows) {
   const auto octave = [](double ns) { return std::max(static_cast<int>(std::floor(std::log2(ns / 1000))), -1); };

@@ -31,7 +31,7 @@ ExactShape::Nearest ExactShape::nearest(const dvec3& p, double most) const {
     if (!found.found) return {p, most};
     return {found.p, grid_->inside(p) ? -found.distance : found.distance};
   }
-  // For a torus: the nearest point of its centre circle. For a ball: its centre.
+  // For a torus, `middle` is the nearest point of its centre circle. For a ball, it is the centre.
   dvec3 middle(0);
   if (kind_ == Kind::kTorus) {
     const double across = std::hypot(p.x, p.y);
@@ -58,18 +58,18 @@ void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& poin
 
 namespace {
 
-constexpr double kTolerance = 1e-10;  // m, tolerance of the ball's position at convergence
+constexpr double kTolerance = 1e-10;  // m; the ball's position has converged if it changes by less
 
 struct HalfSpace {
-  dvec3 n;       // unit; the ball's centre x must keep n·x >= least
-  double least;  // m
+  dvec3 n;       // unit normal; the ball's centre x must satisfy n·x >= least
+  double least;  // m, smallest allowed value of n·x
 };
 
-/// The point nearest to `goal` in the intersection of all half spaces. Hildreth's method: coordinate ascent of the
-/// dual problem.
+/// Returns the point nearest to `goal` in the intersection of all half spaces. It uses Hildreth's method, which is
+/// coordinate ascent of the dual problem.
 dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
   constexpr int kSweeps = 2000;
-  std::vector<double> push(spaces.size(), 0.0);  // m, displacement along each normal
+  std::vector<double> push(spaces.size(), 0.0);  // m, displacement along the normal of each half space
   dvec3 x = goal;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double moved = 0;
@@ -86,11 +86,12 @@ dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
 
 }  // namespace
 
-/// One step of sequential quadratic programming. Each face near the ball bounds its centre by a plane through the
-/// face's nearest point. Faces are convex, so the ball stays outside all examined faces. Returns true if converged.
+/// One step of sequential quadratic programming. For each face near the ball, the plane through the face's nearest
+/// point limits the position of the ball's centre. Faces are convex, so the ball stays outside all examined faces.
+/// Returns true if the position has converged.
 bool ReferenceContact::step(const dvec3& hand) {
-  // Limit of the centre's displacement in this step. So only faces within this distance plus the radius can stop the
-  // ball.
+  // Limit of the displacement of the ball's centre in this step. Only faces within this distance plus the ball's radius
+  // can stop the ball.
   const double way = std::min(glm::distance(hand, center_), 0.5 * radius_);
   const dvec3 goal = glm::distance(hand, center_) > way ? center_ + glm::normalize(hand - center_) * way : hand;
   shape_.all_near(center_, radius_ + 2 * way + kTolerance, near_);
@@ -98,8 +99,8 @@ bool ReferenceContact::step(const dvec3& hand) {
   for (const dvec3& q : near_) {
     const dvec3 n = glm::normalize(center_ - q);
     const HalfSpace space{n, glm::dot(n, q) + radius_};
-    // Several faces that share the nearest edge or corner give the same plane. Copies of a plane would only slow down
-    // the projection.
+    // Faces that share the nearest edge or corner give the same plane. Copies of a plane are omitted, because they
+    // would make the projection slower.
     const bool known = std::any_of(spaces.begin(), spaces.end(), [&](const HalfSpace& other) {
       return glm::dot(other.n, n) > 1 - 1e-14 && std::abs(other.least - space.least) < kTolerance;
     });
@@ -112,7 +113,7 @@ bool ReferenceContact::step(const dvec3& hand) {
 }
 
 const dvec3& ReferenceContact::follow(const dvec3& hand) {
-  // If a single face holds the ball, its position is known in closed form.
+  // If only one face stops the ball, its position has a closed form.
   const double to_hand = glm::distance(hand, center_);
   if (to_hand < radius_) {
     const ExactShape::Nearest at = shape_.nearest(hand, 2 * radius_);

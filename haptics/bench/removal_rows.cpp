@@ -18,7 +18,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const double r = tool.radius(), depth = 0.43e-3, length = 1e-3;
   const dvec3 a(-0.513e-3, 0.027e-3, kBlockTop + r - depth);
   const auto at = [&](int i) { return a + dvec3(length * i / kSteps, 0, 0); };
-  // Area of a circular segment along the path, and half a spherical cap at each end.
+  // The exact volume of the stroke: a circular segment along the path, and half a spherical cap at each end.
   const double segment = r * r * std::acos((r - depth) / r) - (r - depth) * std::sqrt(2 * r * depth - depth * depth);
   const double exact = segment * length + kPi * depth * depth * (r - depth / 3);
   for (const double voxel_mm : options.voxels_mm) {
@@ -38,8 +38,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
     rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut"});
 
-    // Clears single voxels, as programs based on CHAI3D drill their volume objects: all voxels within the head, or
-    // one voxel in each tick.
+    // Removes whole voxels, as programs based on CHAI3D do: either all voxels within the head, or one voxel per tick.
     const double voxel3 = std::pow(dense.frame.voxel, 3);
     const auto clear = [&](const char* name, bool one) {
       std::vector<char> full;
@@ -52,7 +51,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
                 const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - reach)), 0);
                 const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor(c + reach)), dense.size - 1);
                 double nearest = reach * reach;
-                char* first = nullptr;  // the voxel nearest to the head's centre
+                char* first = nullptr;  // the voxel that is nearest to the head's centre
                 for (int x = lo.x; x <= hi.x; ++x) {
                   for (int y = lo.y; y <= hi.y; ++y) {
                     for (int z = lo.z; z <= hi.z; ++z) {
@@ -75,7 +74,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     clear("removal, one voxel a tick", true);
 
     if (!by_default(options)) {
-      // Applies the same cuts to the body of the measured model.
+      // Makes the same cuts in the body of the measured contact model.
       const auto body = options.method->make_body(TissueVolume(dense), std::span(&tool, 1));
       const auto held = [&] {
         double all = 0;
@@ -93,7 +92,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       continue;
     }
 
-    // Cuts in the servo's patch, as a tick does.
+    // Makes the cuts in the servo's patch, as a tick does.
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);

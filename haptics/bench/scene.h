@@ -1,4 +1,4 @@
-// The set-up for measuring contact and cutting: analytic solids, servo and carver in lock-step, a simulated hand.
+// The set-up in which contact and cutting are measured: simple solids, servo and carver in lock-step, a simulated hand.
 #pragma once
 
 #include <atomic>
@@ -15,19 +15,19 @@
 
 namespace typodont::haptics::bench {
 
-/// Reads tissue from `solids`, JSON text as in a scene file.
+/// Makes tissue from `solids`, which is JSON text as in a scene file.
 DenseTissue tissue(std::string_view solids, double voxel_mm);
 
 inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
 inline constexpr std::string_view kBlock = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
-inline constexpr double kBallRadius = 4e-3, kBlockTop = 2e-3;  // m
+inline constexpr double kBallRadius = 4e-3, kBlockTop = 2e-3;  // m, radius of the ball and height of the block's top
 
 Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// Takes the place of the carver's thread while patches are copied. As in a session, this thread runs on another core
-/// if one exists, so that its memory accesses do not displace the servo's code and data from the caches.
+/// A thread that copies patches in place of the carver's thread. As in a session, it runs on another core if there is
+/// one. So its memory accesses do not remove the servo's code and data from the caches.
 class OtherThread {
  public:
   OtherThread();
@@ -47,7 +47,7 @@ class OtherThread {
   std::thread thread_;
 };
 
-/// Servo and carver in lock-step; another core takes the carver's snapshots.
+/// Servo and carver in lock-step. Snapshots are taken on another core.
 struct Scene {
   LockStep steps;
   const ServoSettings& settings = steps.settings();
@@ -61,17 +61,17 @@ struct Scene {
   Scene(const DenseTissue& dense, const ServoSettings& settings);
   Scene(TissueVolume tissue, const ServoSettings& settings);
 
-  /// The servo's patch, for field models.
+  /// The servo's patch, for contact models that use a distance field.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
-  /// Takes a new snapshot if one is due, as every tick does at its start. The first snapshot is centred at the hand.
+  /// Takes a new snapshot if one is due, as at the start of every tick. The first snapshot has its centre at the hand.
   /// Returns true if a snapshot was taken.
   bool renew_patch(const Pose& X_WT);
-  /// One tick; returns its CPU time, ns.
+  /// Computes one tick and returns its CPU time in ns.
   double tick(const Pose& X_WT, double pedal);
 };
 
-/// CPU times of `count` ticks of the servo alone, ns. The servo stays in the snapshot of the first tick. hand(i, last
-/// tick) returns the position of the tool, m.
+/// Returns the CPU times, in ns, of `count` ticks of the servo alone. The servo uses the snapshot of the first tick for
+/// all ticks. hand(i, last tick) returns the position of the tool in m.
 template <class Hand>
 std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settings, double pedal, int count,
                                 Hand&& hand) {

@@ -20,16 +20,16 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// Position of a hand that slides on a ball: 0.4 mm deep, on an oblique great circle, at 20 mm/s.
+/// Returns the position of a hand that slides on a ball: 0.4 mm deep, on an oblique great circle, at 20 mm/s.
 dvec3 sliding(int tick, double radius) {
   const double angle = 0.02 * 1e-3 * tick / radius + 0.3;
   const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
   return (radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v);
 }
 
-constexpr int kApproach = 50;  // number of ticks until the force's ramp is over
+constexpr int kApproach = 50;  // number of ticks after which the force has risen completely
 
-/// A slide on one sphere with one voxel size.
+/// Measures a slide on one ball with one voxel size.
 struct Slide {
   const BenchOptions& options;
   std::vector<BenchRow>& rows;
@@ -42,7 +42,7 @@ struct Slide {
   Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
       : options(o), rows(r), dense(tissue(kBall, voxel_mm)), knob(fmt::format("voxel {:g} mm", voxel_mm)) {
     settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
-    settings.friction = false;  // without friction, because friction would tilt the force
+    settings.friction = false;  // friction would change the direction of the force, which is compared
     settings.damping = 0;
     settings.cutting = false;
     radius = kBallRadius + settings.tool.radius();
@@ -54,8 +54,8 @@ struct Slide {
         {name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
   }
 
-  /// Slides with the method in `settings`. Returns the times of the ticks in order, ns. `error`: receives the error
-  /// of the force's direction.
+  /// Slides with the method in `settings`. Returns the times of the ticks in ns, in order. Sets `error` to the error of
+  /// the force's direction.
   std::vector<double> slide(double& error) {
     return least_of([&] {
       Scene scene(dense, settings);
@@ -71,7 +71,8 @@ struct Slide {
     });
   }
 
-  /// Springs between head samples and voxels, as in CHAI3D and AMBF. Returns the median tick, ns.
+  /// Measures a penalty method with springs between head samples and voxels, as in CHAI3D and AMBF. Returns the median
+  /// time of a tick in ns.
   double by_voxel_penalty() {
     settings.method = contact_method("voxel_penalty", "bench");
     double error = 0;
@@ -81,7 +82,7 @@ struct Slide {
     return ns;
   }
 
-  /// A god-object on the offset surface, with eight queries per tick: compares orders of interpolation.
+  /// Measures a god-object on the offset surface with eight queries per tick, to compare the orders of interpolation.
   template <class Sample>
   void by_looks(Sample sample, const char* name, double penalty_ns) {
     Scene still(dense, settings);
@@ -110,8 +111,8 @@ struct Slide {
     add(name, error, quantile(ticks, 0.5), "tick", "voxel penalty", penalty_ns);
   }
 
-  /// The methods of other programs, implemented here for comparison with the servo's slide. `directions()` returns a
-  /// function from the hand's position to the force's direction.
+  /// Measures methods of other programs, which are implemented here, in the same slide as the servo. `directions()`
+  /// returns a function from the hand's position to the force's direction.
   template <class Directions>
   void by_yardstick(const char* name, const std::string& of, double servo_ns, Directions directions) {
     double error = 0;
@@ -148,7 +149,7 @@ struct Slide {
     }
   }
 
-  /// Returns the median tick, ns.
+  /// Measures the servo. Returns the median time of a tick in ns.
   double by_servo(double penalty_ns) {
     double error = 0;
     const std::vector<double> times = slide(error);
@@ -157,7 +158,7 @@ struct Slide {
     return quantile(times, 0.5);
   }
 
-  /// Measures single queries in batches around the head's centre, and their lower bound.
+  /// Measures single queries in batches near the head's centre, and their lower bound.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);
@@ -181,11 +182,12 @@ struct Slide {
     query_floor(patch, points, cubic_ns);
   }
 
-  /// Lower bound of a query: reads and adds the 6 × 6 rows of samples that a query reads, at points known in advance.
+  /// Measures the lower bound of a query: it reads and adds the 6 × 6 rows of samples that a query reads, at points
+  /// that are known before.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 
-/// Sums 6 × 6 rows of eight samples in six independent sums, so that no addition waits for the previous one.
+/// Adds 6 × 6 rows of eight samples in six independent sums, so that an addition need not wait for the previous one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_rows(const float* corner, std::size_t edge, float* sum) {
   F8 sums[6] = {};

@@ -1,5 +1,4 @@
-// Rows for soft tissue: a tick of a hand that presses and slides, a tick of a bur that cuts, and the time that a
-// layer at rest takes.
+// Measures ticks with soft tissue: a hand that presses and slides, a bur that cuts, and a layer at rest.
 #include <cmath>
 #include <memory>
 
@@ -12,13 +11,13 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// A flat layer with a width of 12 mm and its surface at z = 0.
+/// Makes a flat layer with a width of 12 mm and its surface at z = 0.
 std::shared_ptr<const SoftSurface> layer() {
   return std::make_shared<const SoftSurface>(SoftLaw{}, dvec3(-6e-3, -6e-3, -1e-3), dvec3(6e-3, 6e-3, 1e-3),
                                              [](const dvec3& p) { return p.z; });
 }
 
-/// Times of the ticks of the layer alone, ns, with a tool that presses 0.6 mm deep and slides on a circle.
+/// Returns the times, in ns, of the ticks of the layer alone. The tool presses 0.6 mm deep and slides on a circle.
 std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, int ticks) {
   const std::vector<Tool> tools{tool};
   const auto surface = layer();
@@ -26,13 +25,13 @@ std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, 
     SoftTissue soft(surface, tools, 1000);
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
-      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // m, path at 2 mm/s
+      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // m; the tool moves at 2 mm/s
       const Pose X_WG{tilted.p + dvec3(1e-3 * std::cos(way / 1e-3), 1e-3 * std::sin(way / 1e-3), -depth), tilted.R};
       const Nanos start = thread_cpu_time();
       soft.tick({i * Nanos(1'000'000), 1e-3, X_WG, 0, cutting});
       times.push_back(static_cast<double>(thread_cpu_time() - start));
     }
-    // the ticks before the tool has reached its depth are removed
+    // The ticks before the tool has its full depth are omitted.
     times.erase(times.begin(), times.begin() + ticks / 4);
     return times;
   });
@@ -58,7 +57,7 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves like a hand at 1 mm/s
+    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, as in a hand
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});
 }

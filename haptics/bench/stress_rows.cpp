@@ -1,6 +1,6 @@
-// `typodont bench stress`: the hostile conditions that a contact model must survive. A row's name is "campaign,
-// model: measure"; its ratio is relative to the largest value that passes, so 1 or less means that the model
-// survived.
+// The command `typodont bench stress`. It measures difficult conditions that a contact model must survive. The name of
+// a row is "campaign, model: measure". Its ratio is relative to the largest value that passes, so the model survives
+// with a ratio of 1 or less.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,22 +28,22 @@ namespace {
 
 using namespace bench;
 
-constexpr double kMostEnergy = 1e-9;  // J, limit of the energy that a hand may receive, as the ledger guarantees
-// N per tick, limit of a step beyond the coupling's response to the hand's own motion
+constexpr double kMostEnergy = 1e-9;  // J, largest energy that a hand may receive; the energy ledger guarantees this
+// Largest step of the force, in N per tick, in addition to the coupling's response to the hand's own motion.
 constexpr double kMostStep = 0.25;
-constexpr double kHostileLimit = 8;  // N, limit of the force for hostile hands
+constexpr double kHostileLimit = 8;  // N, force limit for erratic hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
 constexpr double kBlock6Top = 2e-3;  // m, height of the block's surface
 
-/// Result of a run.
+/// The values that were measured in a run.
 struct Felt {
   int ticks = 0, not_finite = 0;
-  double most_force = 0;             // N
-  double over_limit = 0;             // N, excess over the force limit
-  double energy = 0;                 // J, largest energy given to the hand
-  double step = 0;                   // N per tick, largest step beyond stiffness times the hand's displacement
-  double last_force = 0, depth = 0;  // N, m, values of the last tick
-  int holes = 0;  // number of ticks without force inside the tissue; in work(): 1 if the hand came through
+  double most_force = 0;  // N, largest force
+  double over_limit = 0;  // N, largest excess over the force limit
+  double energy = 0;      // J, largest energy that was given to the hand
+  double step = 0;  // N per tick, largest step of the force in addition to stiffness times the hand's displacement
+  double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
+  int holes = 0;  // number of ticks inside the tissue without force; in work(): 1 if the hand came through the block
 
   void worse_of(const Felt& other) {
     ticks += other.ticks, not_finite += other.not_finite, holes += other.holes;
@@ -54,13 +54,14 @@ struct Felt {
   }
 };
 
-/// Servo and carver with a hand, and the measured result.
+/// Servo and carver with a hand, and the values that are measured.
 class Run {
  public:
   Run(TissueVolume tissue, const ServoSettings& settings)
       : steps_(std::move(tissue), settings), settings_(steps_.settings()) {}
 
-  /// One tick, `dt` s after the last one. `judged`: the force step of this tick counts.
+  /// Computes one tick, `dt` s after the last one. If `judged` is false, the step of the force in this tick does not
+  /// count.
   const ServoTick& tick(const Pose& X_WT, double pedal, double dt, bool judged = true) {
     t_ += from_seconds(dt);
     Cut cut;
@@ -102,9 +103,9 @@ class Run {
   dvec3 hand_{0}, force_{0};
 };
 
-/// A mass with a damper in the hand, pulled by an external force.
+/// A simulated hand: a mass with a damper, pulled by an external force.
 struct Mass {
-  double mass = 0.15, damping = 5;  // kg, N·s/m
+  double mass = 0.15, damping = 5;  // mass in kg, damping in N·s/m
   dvec3 x{0}, v{0};
 
   void step(const dvec3& pull, const dvec3& force, double dt) {
@@ -132,7 +133,8 @@ class Stress {
   }
 
  private:
-  /// `most`: limit of a passing value; 0: any value above 0 fails; infinite: the value is only reported.
+  /// Adds a row. `most` is the largest value that passes. With 0, every value above 0 fails; with infinity, the value
+  /// is only reported.
   void add(const char* campaign, const char* measure, double value, const char* unit, double most) {
     BenchRow row;
     row.name = fmt::format("{}, {}: {}", campaign, model_, measure);
@@ -164,7 +166,8 @@ class Stress {
     return s;
   }
 
-  /// Hands that wander, turn and drill. `nonsense`: one tick in fifty is corrupted, as by a broken device or clock.
+  /// Tests hands that wander, rotate the tool and drill. With `nonsense`, one tick in fifty has invalid input, as from
+  /// a broken device or clock.
   void hostile(bool nonsense) {
     const char* campaign = nonsense ? "nonsense" : "hostile hand";
     const int hands = options_.quick ? 1 : 6, ticks = options_.quick ? 600 : 3000;
@@ -180,7 +183,8 @@ class Stress {
         InvalidInput spoiler(static_cast<std::uint64_t>(hand) + 100, home);
         for (int i = 0; i < ticks; ++i) {
           Pose X = wanderer.next(1e-3);
-          X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);  // starts in the air, because no tool starts inside tissue
+          // the first positions are in the air, because no tool starts inside tissue
+          X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);
           double pedal = hand % 2;
           if (nonsense) {
             const InvalidInput::Other other = spoiler.spoil(wanderer, X, pedal);
@@ -193,11 +197,12 @@ class Stress {
       }
     }
     add_sense(campaign, worst);
-    if (!nonsense) add_energy(campaign, worst);  // the ledger is meaningless for poses where the hand never was
+    // after invalid poses, the energy has no meaning, because the hand never was there
+    if (!nonsense) add_energy(campaign, worst);
   }
 
-  /// A hand that slides, drills or taps on a block, while the carver stops for `stall` s (0: never). The clock varies
-  /// by `jitter` of its period and misses five ticks in every hundred.
+  /// Tests a hand that slides, drills or taps on a block, while the carver stops for `stall` s (0: never). The period
+  /// of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);
     s.spindle.free_speed = 300 * kKrpm;
@@ -205,10 +210,10 @@ class Stress {
     Run run(TissueVolume(tissue(kBlock6, kDefaultVoxel)), s);
     std::mt19937_64 random(5);
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-    // N; voxel_penalty has no proxy, so it would let a stronger push through (see its README)
+    // N; voxel_penalty has no proxy, so a stronger push would pass through the block (see its README)
     const double push = model_ == "voxel_penalty" ? 0.3 : 0.6;
     Mass hand;
-    const double rest = kBlock6Top + 0.6e-3;  // m, height of the head's centre on the block
+    const double rest = kBlock6Top + 0.6e-3;  // m, height of the centre of a head that touches the block
     hand.x = dvec3(0, 0, rest + 0.1e-3);
     const double begin = 0.5, end = begin + std::max(stall, 0.2) + 0.5;
     double t = 0;
@@ -223,7 +228,7 @@ class Stress {
       if (gesture != Gesture::kTap) pull.z = -push;
       hand.step(pull, run.last().f_T_W, dt);
       run.tick({hand.x}, gesture == Gesture::kDrill ? 1 : 0, dt, t > begin);
-      if (hand.x.z < -kBlock6Top) break;  // the hand came through the block
+      if (hand.x.z < -kBlock6Top) break;  // the hand has come through the block
     }
     Felt felt = run.felt();
     felt.holes = hand.x.z < -kBlock6Top;
@@ -259,7 +264,7 @@ class Stress {
     add(kCampaign, "came through", worst.holes, "hands", 0);
   }
 
-  /// A head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg: at rest, sliding, and reaming.
+  /// Tests a head of 20 mm on a ball of bone. A hand of 1 kg presses it with 200 N. The head rests, slides, and reams.
   void heavy() {
     constexpr const char* kCampaign = "200 N";
     constexpr double kPush = 200, kRadius = 30e-3, kHead = 20e-3;
@@ -297,13 +302,13 @@ class Stress {
     add(kCampaign, "force off", 100 * off, "% of 200 N, mean", 5);
   }
 
-  /// An explorer's tip slides over edges, a groove and the anatomies' meshes at 30 to 120 mm/s, at a depth of half its
-  /// radius. A deeper tip could also be held by the other side of an edge.
+  /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. Its
+  /// depth is half of its radius, because at an edge a deeper tip could also be held by the other face.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
     constexpr double kTip = 0.125e-3;     // m, radius of the tip
-    constexpr std::size_t kLanded = 200;  // ticks until the tip is on the surface
-    constexpr double kLeast = 0.02;       // N, limit; a smaller force does not count as contact
+    constexpr std::size_t kLanded = 200;  // number of ticks after which the tip is on the surface
+    constexpr double kLeast = 0.02;       // N; a smaller force does not count as contact
     std::vector<ModelTissue> tissues;
     for (ModelTissue& tissue : analytic_tissues())
       if (tissue.name == "box edges" || tissue.name == "groove") tissues.push_back(std::move(tissue));
@@ -312,7 +317,7 @@ class Stress {
     double squares = 0;
     int count = 0;
     for (const ModelTissue& tissue : tissues) {
-      // A faster hand skips positions of the slow path; the remaining positions stay valid.
+      // A faster hand uses only every n-th position of the slow path.
       const Course course = slide_course(tissue, options_.quick ? 700 : 1500, {kTip, kTip / 2, 30e-3});
       for (const std::size_t stride : {1, 2, 4}) {
         ServoSettings s = settings(2 * kTip);
@@ -337,8 +342,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Moves hands through a sheet of 0.3 mm with 1 mm per tick: measures whether a force still holds them back beyond
-  /// the sheet.
+  /// Moves hands through a sheet of 0.3 mm by 1 mm per tick. Measures whether a force still pulls them back on the
+  /// other side.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;
@@ -350,7 +355,7 @@ class Stress {
     for (int k = 0; k < hands; ++k) {
       const double x = anywhere(random), y = anywhere(random), lean = 0.2 * anywhere(random);
       const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3);
-      // The hand is far away here, so the next contact begins anew.
+      // Moves the hand far away, so that the next contact begins anew.
       for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);
       for (int i = 0; i < 20; ++i) run.tick({from}, 0, 1e-3);
       dvec3 hand = from;

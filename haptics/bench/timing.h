@@ -1,4 +1,4 @@
-// Measures calls and ticks that are too short for a single clock reading.
+// Measures the time of calls and ticks that are too short for a single reading of the clock.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// CPU time of one call, ns. The median over `repeats` batches of calls, because one call is too short for the clock.
+/// CPU time of one call in ns: the median over `repeats` batches of calls.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {
   std::vector<double> times;
@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Time that two readings of the clock take, ns. It is subtracted from every measured time.
+/// Time in ns that two readings of the clock take. It is subtracted from measured times.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {
@@ -32,9 +32,9 @@ inline double clock_ns() {
   return quantile(times, 0.5);
 }
 
-/// Number of equal runs. The minimum of each tick over the runs is its time without interrupts.
+/// Number of equal runs. The minimum of a tick's time over all runs is its time without interrupts.
 inline constexpr int kRuns = 3;
-template <class Run>  // `run` returns the times of its ticks, ns
+template <class Run>  // `run` returns the times of its ticks in ns
 std::vector<double> least_of(Run&& run) {
   const double clock = clock_ns();
   std::vector<double> least = run();

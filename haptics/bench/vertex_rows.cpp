@@ -1,5 +1,5 @@
-// Vertex deformation (paper S4 in docs/papers.md): time of a tick that slides over the arch, and of a tick that
-// carves it, by the number of vertices.
+// Measures vertex deformation (paper S4 in docs/papers.md): the time of a tick that slides over the arch, and of a tick
+// that cuts it, against the number of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kBur = 0.6e-3;    // m, radius of a round bur
-constexpr int kApproach = 500;     // number of ticks from the air into the surface
-constexpr double kDepth = 0.1e-3;  // m, depth of a sliding probe; a bur sinks three times as deep
+constexpr int kApproach = 500;     // number of ticks in which the hand moves from the air into the surface
+constexpr double kDepth = 0.1e-3;  // m, depth of a sliding probe; a bur sinks to three times this depth
 
 TissueVolume with_mesh(TissueMesh mesh) {
   TissueVolume volume(read_solids(Json::parse(
@@ -35,8 +35,8 @@ TissueVolume with_mesh(TissueMesh mesh) {
   return volume;
 }
 
-/// A round bur moves to and fro on the highest cusp. Returns the times of the servo's ticks after the approach, ns;
-/// each is the minimum over equal runs.
+/// Returns the times, in ns, of the servo's ticks after the approach. A round bur oscillates on the highest cusp. Each
+/// time is the minimum over equal runs.
 std::vector<double> tick_times(const TissueMesh& mesh, bool cuts, int ticks) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

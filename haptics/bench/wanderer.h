@@ -1,5 +1,5 @@
-// A hand that moves as no human does, and invalid input: for the hostile tests of all contact models, `typodont bench
-// models` and `bench stress`.
+// A hand that moves as no human does, and invalid input. The tests of all contact models and `typodont bench models`
+// and `bench stress` use them.
 #pragma once
 
 #include <cmath>
@@ -13,9 +13,9 @@
 
 namespace typodont::haptics::bench {
 
-/// A hand that wanders around a point at up to 0.2 m/s, with accelerations of up to 20 m/s²: ten times the acceleration
-/// that the passivity controller expects, and more than an arm can reach. It also turns the tool in all directions, and
-/// changes its speed from time to time.
+/// A hand that wanders around a point at up to 0.2 m/s. Its acceleration is up to 20 m/s², which is ten times the
+/// acceleration that the passivity controller expects, and more than an arm can have. It also rotates the tool in all
+/// directions, and changes its speed from time to time.
 class ErraticHand {
  public:
   ErraticHand(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
@@ -47,18 +47,19 @@ class ErraticHand {
   dquat R_{1, 0, 0, 0};
 };
 
-/// Produces invalid input, as from a broken device or clock.
+/// Produces invalid input, as a broken device or clock would.
 class InvalidInput {
  public:
-  /// Changes that the caller must make in a corrupted tick.
+  /// Changes that the caller must make in a tick with invalid input.
   struct Other {
     Nanos clock = 0;    // ns, jump of the clock
-    bool undo = false;  // undo the last stroke
+    bool undo = false;  // true: undo the last stroke
   };
 
   InvalidInput(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}
   double pedal() { return uniform_(random_); }
-  /// Corrupts one tick in 50: changes the hand, its pose or the pedal, or returns a change that the caller must make.
+  /// In one tick of 50, makes the input invalid: changes the hand, its pose or the pedal, or returns a change that the
+  /// caller must make.
   Other spoil(ErraticHand& hand, Pose& X, double& pedal) {
     switch (random_() % 450) {
       case 0:

@@ -1,4 +1,4 @@
-// Table of contact methods: those of this library, and those that programs register.
+// Table of contact methods: the methods of this library and the methods that programs register.
 #include "haptics/contact_method.h"
 
 #include <fmt/format.h>
@@ -25,11 +25,11 @@ namespace {
 struct Entry {
   std::string name;
   ContactMethodReader read;
-  std::uint64_t models = 0, bodies = 0;  // numbers of models and bodies made so far
+  std::uint64_t models = 0, bodies = 0;  // number of models and of bodies created so far
 };
 std::mutex g_counts;  // protects the two counters
 
-/// Filled before main() by registrations, read afterwards.
+/// Registrations fill this table before main(). Afterwards it is only read.
 std::vector<Entry>& table() {
   static std::vector<Entry> entries{
       {std::string(offset::kName), offset::read},     {std::string(implant::kName), implant::read},
@@ -54,7 +54,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  if (!entry) return;  // the method belongs to a program that made it without a registration
+  if (!entry) return;  // the program created this method without registering it
   entry->models += models, entry->bodies += bodies;
 }
 

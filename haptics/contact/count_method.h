@@ -1,4 +1,4 @@
-// The counters that method_counts() reads. Set-up code that makes a model or a body calls count_method().
+// Counters for method_counts(). Set-up code calls count_method() when it creates a model or a body.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace typodont::haptics {
 
-/// Adds to the counters of one method. Any thread.
+/// Adds numbers of created models and bodies to the counters of one method. Any thread.
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies);
 
 }  // namespace typodont::haptics

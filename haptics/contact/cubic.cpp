@@ -7,7 +7,8 @@
 #include <immintrin.h>
 #endif
 
-// All vector functions are inlined, so no vector is passed in registers that the processor may lack.
+// GCC warns that vector arguments need registers that the processor may not have. All vector functions here are
+// inlined, so no vector is passed as an argument.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -16,16 +17,18 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // number of leading samples of a row that have no weight
+constexpr int kLead = 2;  // number of samples at the start of a row that have weight zero
 
-/// For each of the eight samples of a row: its weight and that weight's derivative, as polynomials of the fraction.
+/// For each of the eight samples of a row: its interpolation weight and the weight's derivative. Both are polynomials
+/// in the fractional position of the point.
 struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
 
-/// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
+/// Weights of the cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
 constexpr Polynomials weights() {
-  // coefficients of the cubic spline in sixths, by power of the fraction
+  // coefficients of the cubic B-spline, times six; each row belongs to one sample and is ordered by the power of the
+  // fraction
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {
@@ -38,13 +41,13 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// A float times a weight of at most 29 binary digits is exact in doubles. Rounding between product and sum therefore
-// does not matter, and the bits are the same with and without FMA. Adding kGrid to a number below 2 rounds it to a
-// multiple of 2^-29.
+// The product of a float and a weight of at most 29 binary digits is exact in double precision. So the result has the
+// same bits with and without FMA. Adding kGrid to a number below 2 rounds the number to a multiple of 2^-29.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// For each sample, the sum of its weight and of the weights of all later samples, rounded to the grid. The weights are
-/// differences of these sums. So the weights always add up to exactly 1, and the weights of the slope to exactly 0.
+/// For each sample: the sum of its weight and the weights of all later samples, rounded to a multiple of 2^-29. The
+/// weights are differences of these sums. So the weights add up to exactly 1, and the derivatives of the weights to
+/// exactly 0.
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;
@@ -97,7 +100,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Adds four rows of four sums each, all rows at once.
+/// Four rows with four partial sums each: adds the partial sums of every row, for all rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -146,7 +149,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// Uses the masked form, because GCC 12 warns about the plain form's unused operand.
+// Uses the masked intrinsic, because GCC 12 gives a false warning for the unmasked one.
 TYPODONT_KERNEL Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

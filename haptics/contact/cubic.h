@@ -8,9 +8,10 @@ namespace typodont::haptics {
 /// Number of doubles per SIMD operation on this processor: 8, 4 or 2. All give the same bits.
 int widest_cubic() noexcept;
 
-/// Computes a weighted sum over 6 × 6 rows of eight samples. The first two samples of a row have no weight. `corner`:
-/// start of the first row. `fractions`: position of the point between the fifth and the sixth sample of a row, and
-/// likewise across the rows. `out`: value and gradient. `lanes`: 8, 4 or 2, at most widest_cubic().
+/// Tricubic interpolation: computes a weighted sum over 6 × 6 rows of eight samples. The first two samples of a row
+/// have weight zero. `corner`: start of the first row. `fractions`: position of the point between the fifth and the
+/// sixth sample of a row, and the same for the two directions across the rows. `out`: value and gradient. `lanes`: 8, 4
+/// or 2, at most widest_cubic().
 void cubic(const float* corner, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out,
            int lanes) noexcept;
 

@@ -1,6 +1,6 @@
-// Kernel text, included once per width of `Lanes` (cubic.cpp): the tricubic sum and its gradient.
+// Code of the tricubic sum and its gradient. cubic.cpp includes this file once for each vector width `Lanes`.
 
-/// Value of a polynomial in t for each of kLanes samples of a row, beginning with sample `at`.
+/// Values of polynomials in t for kLanes consecutive samples of a row, starting with sample `at`.
 template <std::size_t powers>
 TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -12,17 +12,17 @@ TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t
   return *reinterpret_cast<const Lanes*>(c[0] + at) + p;
 }
 
-/// Weights of the samples of a row.
+/// Interpolation weights of the samples of a row.
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weights) {
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// The weights in multiples of kGrid. Their sum is exactly 1; the sum of the derivatives is exactly 0.
+/// The weights, rounded to multiples of 2^-29. Their sum is exactly 1, and the sum of the derivatives is exactly 0.
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  Lanes after = Lanes{} + kGrid;  // the value after the last sample, where no sample follows
+  Lanes after = Lanes{} + kGrid;  // the rounded sum after the last sample, where no further weight follows
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
     *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);
@@ -39,9 +39,10 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Keeps the weights in memory, because each weight is loaded into all lanes.
+  // Forces the compiler to keep the weights in memory. Each weight is then loaded into all lanes by one instruction.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  alignas(64) double sums[4][4] = {};  // sample k of a row is added to sum k mod 4, for every vector width
+  // sample k of a row is added to partial sum k mod 4, independent of the vector width
+  alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};
 #pragma GCC unroll 6

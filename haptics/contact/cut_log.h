@@ -1,4 +1,4 @@
-// The last cuts of a servo. They are repeated in a fresh snapshot that lacks some of them.
+// A log of the servo's last cuts. When a new snapshot lacks some of these cuts, the servo repeats them in it.
 #pragma once
 
 #include <algorithm>
@@ -11,23 +11,24 @@
 
 namespace typodont::haptics {
 
-/// Data that a contact model stores for each cut, by the cut's index (1, 2, 3 …). A new entry overwrites the oldest
-/// one. Allocates at construction only. Servo thread.
+/// Ring buffer with the data that a contact model stores for each cut. Cuts are numbered 1, 2, 3 … A new entry
+/// overwrites the oldest one. Allocates memory at construction only. Servo thread.
 template <class Made>
 class RecentCuts {
  public:
-  static constexpr std::uint64_t kLength = 8192;  // number of stored cuts; a late snapshot may lack at most so many
+  // number of stored cuts; a late snapshot may lack at most this number of cuts
+  static constexpr std::uint64_t kLength = 8192;
 
   RecentCuts() : made_(kLength) {}
 
-  /// `index`: the last cut's index plus one.
+  /// Adds an entry. `index` must be the index of the last cut plus one.
   void add(std::uint64_t index, const Made& made) noexcept {
     made_[index % kLength] = made;
     last_ = index;
   }
   const Made& operator[](std::uint64_t index) const noexcept { return made_[index % kLength]; }
   Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
-  /// Index of the last cut; 0: none was made.
+  /// Index of the last cut; 0: no cut yet.
   std::uint64_t last() const noexcept { return last_; }
   /// Index of the oldest stored cut after `index`; last() + 1 if no such cut is stored.
   std::uint64_t first_after(std::uint64_t index) const noexcept {
@@ -43,23 +44,23 @@ class RecentCuts {
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
-  PerTissue removed{};  // m³
+  PerTissue removed{};  // m³, removed volume of each tissue
 };
 
-/// The cuts and fillings of a model that works in a SurfacePatch; each entry includes the box of voxels that the cut
-/// may have changed.
+/// Log of the cuts and fillings of a model that works in a SurfacePatch. Each entry includes the box of voxels that the
+/// cut may have changed.
 class CutLog {
  public:
-  /// The data that is needed to repeat a cut in an edited patch.
+  /// The data needed to repeat a cut in a patch that has changed.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    double fill_radius = 0;  // m, radius of a filling around X_WA, limited by a head at X_WB; 0: a cut
-    PerTissue removed{};     // voxels³, negative for a filling
+    double fill_radius = 0;  // m, radius of a filling around X_WA, limited by a head at X_WB; 0: the entry is a cut
+    PerTissue removed{};     // voxels³, removed volume of each tissue; negative for a filling
   };
 
-  /// `lo`, `hi`: the box of voxels that the cut may have changed.
+  /// Adds an entry. `lo` and `hi` are the corners of the box of voxels that the cut may have changed.
   void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
     boxes_.add(index, {lo, hi, cut.fill_radius > 0});
     made_.add(index, cut);
@@ -67,8 +68,9 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Union of the boxes of all cuts after `index`; the whole patch if some of these cuts are no longer stored.
-  /// Returns false if there is no such cut. `filled`: true if one of these cuts may be a filling.
+  /// Returns in `lo` and `hi` the union of the boxes of all cuts after `index`, or the whole patch if some of these
+  /// cuts are no longer stored. Returns false if there is no such cut. `filled`: true if one of these cuts may be a
+  /// filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

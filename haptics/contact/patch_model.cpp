@@ -13,12 +13,13 @@ PatchModel::PatchModel(const ServoSettings& settings)
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // Another core has just written the members, so all their cache lines are prefetched at once.
+  // The carver thread has just written this object, so its cache lines are on another core. All lines are prefetched at
+  // once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   }
-  if (fresh.n != patch_.n) return;  // cannot happen: both were sized at set-up
+  if (fresh.n != patch_.n) return;  // never true: both patches got their size at set-up
   const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
   const bool first = patch_.number == 0;
   for (std::size_t i = 0; i < fresh.loose.size(); ++i) removed[i] += fresh.loose[i] - patch_.loose[i];
@@ -34,15 +35,15 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// After undo, redo or the removal of a piece, the old patch lacks this edit. So the cuts that the fresh patch lacks
-/// are repeated in it, as the carver repeats them. Volume that such cuts had already removed from the piece is
-/// counted only once.
+/// After undo, redo or the removal of a loose piece, the old patch lacks this edit. So the cuts that the new patch
+/// lacks are repeated in it, in the same manner as the carver repeats them. A loose piece may contain volume that such
+/// a cut has already removed; this volume must be counted only once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // The volume differs from that of the first cut: it is larger where undo restored tissue, and smaller where
-    // tissue is missing now.
+    // The removed volume may differ from that of the original cut. It is larger if undo has restored tissue, and
+    // smaller if a piece was removed.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

@@ -1,4 +1,5 @@
-// Base of all contact models that work in a SurfacePatch: brings a fresh patch up to date with the cuts that it lacks.
+// Base class of all contact models that work in a SurfacePatch. It repeats in a new patch the cuts that the patch
+// lacks.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// A contact model that computes in a dense patch of the tissue. The derived model cuts in patch_ and logs each cut.
-/// Servo thread.
+/// A contact model that works in a dense patch of the tissue. The derived class cuts in patch_ and adds each cut to the
+/// log. Servo thread.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;
@@ -22,22 +23,24 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
-  /// Specific energy in J/m³ at a point of the patch, in voxels.
+  /// Returns the specific energy in J/m³ at a point of the patch; `p_V` in voxels.
   double specific_energy_at(const dvec3& p_V) const noexcept {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// Repeats a logged cut in tissue that undo, redo or the removal of a loose piece has changed. Returns the removed
-  /// volume in voxels³, negative for a filling.
+  /// Repeats a logged cut in tissue that has changed by undo, redo or the removal of a loose piece. Returns the removed
+  /// volume in voxels³; negative for a filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// Applies the missing cuts to the coarse patch of `fresh`. `edited`: the old patch lacks an edit.
+  /// Repeats the missing cuts in the coarse patch of `fresh`. `edited`: true if the tissue was edited since the old
+  /// patch.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo. `known`: the old patch contained all changes.
+  /// Called after patch_ was replaced. `strokes_edited`: true if undo or redo has changed the tissue. `known`: true if
+  /// the old patch contained all changes.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;  // m, distance that a tool may travel inside one patch
+  double travel_;  // m, distance that a tool may move inside one patch
   SurfacePatch patch_;
   CutLog log_;
   std::uint64_t cut_count_ = 0;

@@ -1,4 +1,4 @@
-// Interpolation of distances and labels in a patch.
+// Interpolation of distances and labels in a patch (see surface_patch.h).
 #include <cmath>
 
 #include "engine/base/dispatch.h"
@@ -10,18 +10,18 @@ namespace typodont::haptics {
 
 namespace {
 
-// Selects how the code accesses thread-local storage. In a shared library (libtypodont.so), the default access calls a
-// function each time.
+// Selects the initial-exec TLS model. With the default TLS model, code in a shared library (libtypodont.so) calls a
+// function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // 0..1, position inside the cell
+  double u, v, w;  // position inside the cell, 0..1
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);  // all positive, since the point lies inside the patch
+  const dvec3 q = p_V - dvec3(patch.lo);  // all coordinates are positive, because the point lies inside the patch
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }

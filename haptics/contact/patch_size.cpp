@@ -1,4 +1,4 @@
-// Edge length of a patch, and the distance that a tool may move in it.
+// Computes the edge length of a patch, and the distance that a tool may move inside it.
 #include <algorithm>
 #include <cmath>
 
@@ -19,8 +19,8 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // A portion of filling lies beyond the head's end, and it is added only where the patch contains all of it. So
-    // the reach includes the portion.
+    // A portion of filling lies beyond the end of the head. It can be added only if the patch contains all of it, so
+    // the reach includes it.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }

@@ -1,4 +1,4 @@
-// The tools that a contact model accepts.
+// Checks which tools a contact model accepts.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// Throws an Error that names the first filling tool; for a model whose tissue can only be removed.
+/// Throws an Error that names the first filling instrument. For models that can only remove tissue.
 void refuse_tools_that_fill(std::span<const Tool> tools, std::string_view model);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// Force filters of two published simulators, for comparison. They are not passive: without the passivity controller,
-// the ledger shows how much energy they generate.
+// Force filters of two published simulators, for comparison. The filters are not passive: without the passivity
+// controller, the ledger shows how much energy they generate.
 #pragma once
 
 #include <optional>
@@ -23,13 +23,15 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;     // N per tick, limit of the change: δ of Wang 2009
-  double still = 0.001;   // N, ξ: a smaller force counts as zero
-  double renewal = 0.10;  // N, λ: limit of the force's magnitude
-  double cap = 3.0;       // N, λ: limit of the force
+  double step = 0.02;    // N per tick, limit of the change: δ of Wang 2009
+  double still = 0.001;  // N, ξ of the vertex deformation method: a smaller force counts as zero
+  // N, limit of the difference between the computed force and the constant force of a stroke; at a larger difference,
+  // the computed force is used
+  double renewal = 0.10;
+  double cap = 3.0;  // N, λ: limit of the force's magnitude
 };
 
-/// `wanted`: N, computed force; `last`: N, force of the previous tick. Returns the filtered force, N.
+/// Returns the filtered force, N. `wanted`: N, computed force; `last`: N, force of the previous tick.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

@@ -8,8 +8,9 @@ namespace typodont::haptics {
 struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
-  double stiffness = 1000;      // N/m, stiffness of the tangential spring
-  double stick_fraction = 0.5;  // fraction of z_max up to which the adhesion point does not move
+  double stiffness = 1000;  // N/m, stiffness of the tangential spring
+  /// fraction of the break-away displacement z_max up to which the adhesion point does not move
+  double stick_fraction = 0.5;
 };
 
 struct FrictionState {
@@ -18,10 +19,10 @@ struct FrictionState {
   bool slipping = false;
 };
 
-/// Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane. Changed: the adhesion map is zero below a stick
-/// threshold, so the state is bit-identical after any number of small cycles, and nothing drifts. `x`: m, contact
-/// position; `previous`: m, contact position one tick before; `n`: unit normal. Returns the force on the tool, N, with
-/// |f| <= μ F_n.
+/// Returns the friction force on the tool, N, by Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane; |f|
+/// <= μ F_n. One change to the paper: the adhesion map is zero below a stick threshold, so the state is bit-identical
+/// after any number of small cycles, and nothing drifts. `x`: m, contact position; `previous`: m, contact position one
+/// tick before; `n`: unit normal.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {
@@ -41,7 +42,7 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
     // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away. So a slow motion also reaches
-    // break-away, and a slide has the dynamic coefficient.
+    // break-away, and a slide has the dynamic coefficient of friction.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

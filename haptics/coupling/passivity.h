@@ -21,33 +21,36 @@ struct PassivityLaw {
   double memory = 0.05;  // s, time constant of the memory of retreats
   // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
   double turning = 2;
-  // s, tick length for which `turning` holds; after much longer ticks the hand may retreat as it advanced
+  // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
-  double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
+  double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once (it moves in jumps)
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
   // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
-  double faster = 1.2;  // factor on the greatest recent speed; the product is the limit of a retreat's speed
-  // Factor on the greatest recent velocity change; the product is the limit for a hand that may reverse at once
+  double faster = 1.2;  // factor on the greatest recent speed; the product is the limit of the speed of a retreat
+  // Factor on the greatest recent velocity change. The product is the limit of the velocity change of a hand that may
+  // reverse at once.
   double again = 3;
-  // Factor on the mean velocity change: margin above the greatest recent change for any other hand
+  // Factor on the mean velocity change. The product is added to the greatest recent change, as a margin, for a hand
+  // that does not reverse at once.
   double change_margin = 0.6;
-  double start_fraction =
-      0.1;  // fraction of the greatest change, threshold: a smaller mean (start or end of one stroke) adds no margin
+  /// threshold of the mean velocity change, as a ratio to the greatest change: a smaller mean (start or end of one
+  /// stroke) adds no margin
+  double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion for which greatest speed and greatest change do not decay; time at rest does not count
   double hold = 1;
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
   // hand may approach fast and then land slowly
   double free_hold = 0.15;
-  double fading = 0.5;  // s, time constant of the decay after the hold time
+  double fading = 0.5;  // s, time constant of the decay after the time `hold`
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
-  double still = 1e-4;  // m/s; a slower motion is rounding or rest
-  double leap = 2;      // m/s; a faster motion is a jump of the input
+  double still = 1e-4;  // m/s, limit: a slower motion is rounding or rest
+  double leap = 2;      // m/s, limit: a faster motion is a jump of the input
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss
   // ticks again
   double clock_memory = 10;
-  double longest_gap = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
+  double longest_gap = 5;  // ticks, limit: a longer gap is a pause and does not count as the longest tick
   // J, debt that the ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for rounding and
   // a sudden reversal.
   double credit = 0.5e-9;
@@ -57,7 +60,7 @@ struct PassivityLaw {
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    if (x >= 0.8 * most) {  // a value nearly as large restarts the hold time
+    if (x >= 0.8 * most) {  // a value nearly as large as the maximum restarts the time `hold`
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
       most *= fade;
@@ -68,9 +71,10 @@ struct RecentMaximum {
 struct PassivityState {
   double retreat = 0;  // m per tick, greatest recent retreat, out of the tissue or against the previous displacement
   double advance = 0;  // m per tick, greatest recent advance against the force
-  dvec3 moved{0};      // m, displacement in the tick before
+  dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of `moved`
-  // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
+  // decay_for: s, tick length for which the other values were computed. per_second: 1/s, inverse of this length. decay,
+  // clock_decay: decay factors per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -79,12 +83,12 @@ struct PassivityState {
   double fade = 1;              // decay factor per tick of the greatest speed (`pace`) and the greatest `change`
   double since_reversal = 1e9;  // s, time in motion since the hand last reversed at a considerable speed
   double longest = 0;           // s, longest recent tick
-  // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before
+  // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the previous tick.
   double rotation_retreat = 0, rotation_advance = 0;
   dvec3 turned{0};
 };
 
-/// The rotation vector in W that rotates `from` into `to`; rad.
+/// Returns the rotation vector (rad, W) that rotates `from` into `to`.
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
@@ -95,7 +99,8 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
 }
 
 /// Updates the recent speed and velocity change of a hand that moves or has just stopped. `moved`: m, displacement in
-/// this tick; `change`: m, its difference to the last tick; `way`: m, length of `moved`.
+/// this tick; `change`: m, difference between `moved` and the displacement in the previous tick; `way`: m, length of
+/// `moved`.
 inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
                   PassivityState& state) noexcept {
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
@@ -110,8 +115,8 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
   state.heading = moved;
 }
 
-/// Probability that the hand reverses at once, 0..1. It is 1 if the hand did so recently, moves in jumps, rests, or has
-/// an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
+/// Returns the assumed probability, 0..1, that the hand reverses at once. It is 1 if the hand reversed recently, moves
+/// in jumps, rests, or has an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
 inline double reversal_probability(const PassivityLaw& law, double tick, bool uneven_clock,
                                    const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
@@ -121,9 +126,9 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Greatest expected outward displacement of the hand in the next tick, m. The velocity is expected to change as much
-/// as recently, or more if the hand may reverse at once; the speed exceeds the recent speed only slightly. `along`:
-/// m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
+/// Returns the greatest expected outward displacement (m) of the hand in the next tick. The velocity is expected to
+/// change as much as recently, or more if the hand may reverse at once. The speed is expected to exceed the recent
+/// speed only slightly. `along`: m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
@@ -174,7 +179,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
+  if (twist > 0) {  // this also runs for a tool whose force is already zero, because the torque decays more slowly
     const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
     state.rotation_retreat = std::max(state.rotation_retreat, out);
     state.rotation_advance = std::max(state.rotation_advance * std::exp(-dt / law.memory), -out);

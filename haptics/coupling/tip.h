@@ -1,4 +1,4 @@
-// A sharp tip that sinks into soft tissue and sticks there: how an explorer finds caries.
+// A sharp tip that sinks into soft tissue and sticks there. With this effect, an explorer finds caries.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@ struct TipState {
   dvec3 n{0, 0, 1};  // unit, direction out of the tissue
 };
 
-/// One tick of a sunk tip. The tip is plastic in both directions, so it only takes energy: its position p follows the
-/// hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`: stiffness
-/// of the coupling, N/m; `soft`: the tissue ahead is soft enough to sink deeper. Returns the force on the tool, N;
-/// state.sunk becomes 0 when the tip comes out.
+/// Computes one tick of a sunk tip. The tip deforms only plastically, so it only absorbs energy. Its position p follows
+/// the hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`:
+/// stiffness of the coupling, N/m; `soft`: true if the tissue ahead is soft enough to sink deeper. Returns the force on
+/// the tool, N; state.sunk becomes 0 when the tip comes out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;

@@ -1,10 +1,12 @@
-// Velocity of the hand from quantised positions: low noise at rest, fast response in motion, and a known lag.
+// Estimates the velocity of the hand from quantised positions: low noise at rest, fast response in motion, and a known
+// lag.
 //
-// Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity estimation", end-fit FOAW: uses
-// the longest window whose samples all lie within the position noise of the straight line through the window's ends.
-// Changes: (1) The test "every sample within d of the line" is an interval of slopes, so a tick costs O(window), not
-// O(window²). (2) The three axes use the shortest of their windows, so that the vector has one lag. (3) Stored
-// samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as a loop of 1 kHz.
+// The method is end-fit FOAW (Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity
+// estimation"). It uses the longest window whose samples all lie within the position noise of the straight line through
+// the window's ends. Changes: (1) The test "every sample within d of the line" is an interval of slopes, so a tick
+// costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so that the vector has one
+// lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as a loop of 1
+// kHz.
 #pragma once
 
 #include <algorithm>
@@ -17,17 +19,18 @@
 namespace typodont::haptics {
 
 struct VelocityEstimate {
-  dvec3 v{0};      // m/s
+  dvec3 v{0};      // m/s, velocity of the hand
   double lag = 0;  // s, age of the velocity v: half the window
 };
 
 class VelocityEstimator {
  public:
   /// `noise`: m, half the peak-to-peak position noise; for an encoder, one whole step.
-  /// `axes`: number of axes that can move, from x on.
+  /// `axes`: number of axes that can move, in the order x, y, z.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
-  /// Servo thread. Never allocates. A sample whose time does not increase restarts the estimator.
+  /// Adds a sample and returns the velocity. Servo thread. Never allocates. A sample whose time does not increase
+  /// restarts the estimator.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
     if (count_ > 0 && t <= newest_.t) count_ = 0;
     const bool first = count_ == 0;

@@ -14,7 +14,8 @@ namespace typodont::haptics {
 /// a frequency that the drill does not have: at 300 krpm (5 kHz) a device with 1 kHz renders the vibration only
 /// during run-up and run-down.
 struct VibrationLaw {
-  // Hz, limit of the frequencies that the device renders; 0: no vibration. From DeviceInfo or the scene
+  // Hz, limit of the frequencies that the device renders; 0: no vibration. The value comes from DeviceInfo or the
+  // scene.
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
@@ -22,26 +23,26 @@ struct VibrationLaw {
   // Fraction of the tangential cutting force that oscillates once per tooth; our choice, after milling forces with few
   // teeth engaged
   double teeth = 0.12;
-  int tooth_count = 6;  // ISO 6360 burs: 6 to 8 blades
+  int tooth_count = 6;  // number of teeth; burs of ISO 6360 have 6 to 8 blades
 };
 
-/// Weight of a component: 1 well inside the band, falling to 0 at its limit. So no component starts or stops abruptly
-/// while the spindle runs up.
+/// Returns the weight of a component: 1 well inside the band, falling to 0 at the band's limit. So no component starts
+/// or stops abruptly while the spindle runs up.
 inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
 
-/// Advances the phase by the spindle's rotation, rad, modulo 2π. The number of teeth is an integer, so the tooth
-/// frequency has no jump.
+/// Returns the phase advanced by the spindle's rotation, rad, modulo 2π. The number of teeth is an integer, so the
+/// phase of the teeth has no jump.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
-/// Force on the tool, N, W. `axis`: direction of the shank; `normal`: out of the tissue, zero without contact;
-/// `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz, law.band, limited by the servo's
-/// rate.
+/// Returns the force on the tool, N, W. `axis`: direction of the shank; `normal`: direction out of the tissue, zero
+/// without contact; `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz, law.band,
+/// limited by the servo's rate.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);
@@ -52,7 +53,7 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;
   dvec3 f = unbalance * (std::cos(phase) * u + std::sin(phase) * v);
-  // The ripple of the cut pushes the head off the tissue and lets it return.
+  // The cutting force of the teeth oscillates. This oscillation pushes the head off the tissue and lets it return.
   if (cutting > 0) {
     f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) *
          normal;

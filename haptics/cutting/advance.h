@@ -18,7 +18,8 @@ struct Advance {
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  float most = across, least = -across;  // the component of w perpendicular to the axis
+  /// greatest and least component of w away from the axis, among the samples within `reach`
+  float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
                 cosine = std::sqrt(1 - sine * sine);

@@ -34,9 +34,10 @@ struct Block {
 /// share.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
-  F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
+  F8 u[kRowBatches], v[kRowBatches];                                      // terms of eight rows, see carve_block()
   I8 base[kRowBatches];                                                   // index of the row's first sample
-  F8 z[kLongest];                 // z of eight samples beginning at each index, relative to A
+  // z of eight samples relative to A (the beginning of the sweep); the samples begin at each index
+  F8 z[kLongest];
   std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
   int batches = 0, count = 0;
 };
@@ -52,7 +53,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  I8 moved_taken[Work::kGroups];  // groups in which the surface moved, and their loss of volume
+  I8 moved_taken[Work::kGroups];  // loss of volume of each group in which the surface moved
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -118,25 +119,25 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Raises a block of samples to their depth in a capsule. `capsule` false: the sweep is so short that the ball at B
-/// covers everything ahead of A. Examines only samples that can change: samples in the ball around the sweep; if the
-/// sweep continues another one, only samples ahead of A and outside the ball that is already empty. Returns true if a
-/// sample changed; adds the removed volume to `removed`.
+/// Raises a block of samples to their depth in a capsule. `capsule`: false if the sweep is so short that the ball at
+/// its end B covers everything ahead of its beginning A. Examines only samples that can change: samples in the ball
+/// around the sweep; if the sweep continues another sweep, only samples ahead of A and outside the ball that is already
+/// empty. Returns true if a sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Bounding ball of all changes: around B if the ball at B covers everything, otherwise around the middle of the
+  // Ball that bounds all changes: around B if the ball at B covers everything, otherwise around the middle of the
   // sweep.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
-  // If the sweep continues another one, everything in this ball around A is already empty.
+  // If the sweep continues another sweep, everything in this ball around A is already empty.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  const float first = c.az - static_cast<float>(block.lo_z);  // z of A relative to the row
+  const float first = c.az - static_cast<float>(block.lo_z);  // z of A (the beginning of the sweep) relative to the row
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // upper bound of the rounding error of the plane ahead of A
+  // upper bound of the rounding error in the test whether a sample is ahead of the plane through A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -144,7 +145,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // computed for every row start, so that the rounding does not depend on where rows start
+  // The values are computed for every row start, so that the rounding does not depend on the start of a row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -153,7 +154,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For eight rows: the samples that can change, as an interval [low, high) with a hole.
+      // For eight rows, computes the samples that can change: an interval [low, high) with a hole.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -161,8 +162,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      F8 low = first + (mz + 1.0f) - half,
-         high = first + (mz + 1.0f) + half;  // truncated later, which rounds up because all values are positive
+      // These bounds are truncated to integers later. Because of the + 1 this rounds up, since all values are positive.
+      F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
         low = edge > low ? edge : low;
@@ -187,7 +188,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows have one interval of at most sixteen samples; two groups then cover it, without a branch.
+      // Most rows have one interval of at most sixteen samples. Two groups then cover this interval, without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -212,7 +213,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Flush the groups unless eight more rows of maximum length fit in.
+      // Processes and removes the collected groups if eight more rows of maximum length might not fit.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -235,23 +236,25 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The blocks around a ball, the path length at which each is due, and the list of groups that carve_due() fills.
+/// The blocks around a ball, the path length at which each block is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // label of the sample at the origin
+  const Tissue* tissue;  // pointer to the label of the sample at the origin
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
-  float* due;                   // path length at which the block at the origin is due
+  float* due;                   // pointer to the path length at which the block at the origin must be examined again
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
-  float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
+  float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  // Layers of blocks are assigned to the parts in turn. Number of parts; index of this part; part of the first layer
+  // Layers of blocks are assigned to the parts in turn. `parts`: number of parts; `part`: index of this part;
+  // `first_layer`: part of the first layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
-  int listed, room;        // number of groups found, which may exceed the capacity; `room`: capacity of the list
+  // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
+  int listed, room;
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -264,7 +267,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
+/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. Same row terms as in
+/// carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -299,8 +303,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Side of a group relative to a ball that continues its present motion: ahead, beside or behind. The result is used
-/// only to sort groups, so that similar groups are processed together.
+/// Returns the position of a group relative to a ball that continues its present motion: ahead, beside or behind. The
+/// result is used only to sort groups, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -308,8 +312,8 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Raises all blocks that are due and computes when each is due again. Lists the groups that may change until the
-/// head has moved by `ahead`.
+/// Raises the samples of all blocks that are due, and computes the path length at which each of them is due again.
+/// Lists the groups that may change until the head has moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -323,7 +327,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetch the layer of samples in front of the head; they were last read many cuts ago.
+  // Prefetches the layer of samples in front of the head. These samples were last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -363,7 +367,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // Far from the surface: field and depth change by at most one per voxel.
+          // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change
+          // by at most one per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -476,7 +481,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Groups extend beyond the sweep, and the lists were made when the head was up to one voxel away.
+  // Groups extend beyond the sweep, and the lists are from a time when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

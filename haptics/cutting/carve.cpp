@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// The maximum of two fields over a box of samples.
+/// Computes the maximum of two fields over a box of samples.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {
@@ -35,7 +35,8 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
-constexpr int kRelabelled = 1;  // voxels around changed distances whose labels may change with them
+// voxels, distance: if a sample changes, the labels of voxels up to this distance may change
+constexpr int kRelabelled = 1;
 
 /// Updates the labels of a box in which distances changed.
 bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
@@ -47,8 +48,8 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// The common part of both kinds of removal. `make` writes the distances of the box a .. b and returns true if any
-/// distance changed.
+/// The common part of both kinds of removal. `make` writes the distances of the box from a to b, and returns true if
+/// any distance changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {

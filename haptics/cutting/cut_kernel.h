@@ -1,5 +1,5 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): the change of samples by a cut, and the removed
-// volume by tissue.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It contains the
+// change of samples by a cut, and the removed volume by tissue.
 
 /// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
 /// both the old value and −kMargin. Returns the new values. `least`: the limit that the depth had to exceed; `rises`:
@@ -10,7 +10,8 @@ TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
   return pick(rises, depth, old);
 }
 
-/// Volume that each voxel loses when its distance rises from `was` to `is`, in integer units (haptics/share.h).
+/// Returns the volume that each voxel loses when its distance rises from `was` to `is`, in integer units
+/// (haptics/share.h).
 TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
@@ -21,12 +22,12 @@ struct Taken {
   RemovedVolume* removed;
   GradedSamples graded;  // a copy, so that the pointers stay in registers
   Ints units = {};
-  // units times hardness bytes: the low 16 bits of each product, and its other bits
+  // sums of units times hardness bytes: of the low 16 bits of each product, and of its other bits
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// `to` may be null; then add() must not be called.
+  /// `to` receives the sums. It may be null, but then add() must not be called.
   TYPODONT_KERNEL Taken(RemovedVolume* to) : removed(to) {
     if (to) graded = to->graded;
   }

@@ -1,7 +1,7 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): the depth of samples in a head from their
-// positions in its half plane. The depth of a sample depends only on its voxel and the pose. Pieces may be omitted if
-// they cannot be the nearest. If one piece remains and the nearest point is between its ends, fewer operations give
-// the same result.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It computes the
+// depth of samples in a head from their positions in the head's half plane. The depth of a sample depends only on its
+// voxel and the pose. Pieces that cannot be the nearest piece may be omitted. If only one piece remains, and the
+// nearest point is between its ends, fewer operations give the same result.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -12,7 +12,8 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of samples to the nearest of some pieces, and a mask of the samples outside any piece.
+/// Squared distance of samples to the nearest of some pieces, and a mask of the samples that are outside at least one
+/// piece.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -20,7 +21,7 @@ struct NearestPiece {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // Position along the line from its first end; `over` is its excess beyond the ends.
+    // `along` is the position along the line from its first end; `over` is the distance beyond the nearer end.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);
@@ -28,7 +29,8 @@ struct NearestPiece {
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // The arc's end at b is also an end of its neighbour. So only the end at a, which may be the tip, is examined.
+    // The arc's end at b is also an end of the neighbouring piece. So only the end at a, which may be the tip, is
+    // examined.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -47,7 +49,7 @@ TYPODONT_KERNEL NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Depth below the nearest of several pieces. `set`: one bit for each piece.
+/// Returns the depth below the nearest of several pieces. `set`: one bit for each piece.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

@@ -25,8 +25,8 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels, limit: air samples up to this distance from the filling also get its label, so that a query at the surface
-// finds the label
+// voxels, limit: air samples up to this distance from the filling also get the filling's label, so that a query at the
+// surface finds the label
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord
 

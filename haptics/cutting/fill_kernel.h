@@ -12,14 +12,14 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// Positions are relative to the head pose's base, in voxels.
+/// A ball of filling. Positions are relative to the head pose's base, in voxels.
 struct FillBall {
   HeadPose head;
-  MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head and its path out
+  MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head, and of its path out of the tissue
   unsigned all_pieces;                          // one bit for each piece
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // provides the tool's limit
+  const Fill* filling;  // the filling to which the ball belongs; the kernel reads its limit
 };
 
 struct FillBlock {

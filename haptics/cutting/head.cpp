@@ -17,30 +17,30 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A block, and the head relative to it.
+/// A block, and its position relative to the head.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // Coefficients of a plane that bounds the depth of every sample from above; it exists because the distance from a
-  // convex head is convex
+  // Coefficients of a plane that bounds the depth of every sample from above. Such a plane exists because the distance
+  // from a convex head is a convex function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;    // true if some samples may have been deeper during the motion
-  float slowest;  // voxels, smallest approach of the head to a sample of the block during the motion
+  bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
+  float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
 };
 
 /// Further results of carve_head_block().
 struct BlockSlack {
-  float ahead = 0;       // input: samples with less slack than this are marked in `live`
+  float ahead = 0;       // voxels, input: samples with less slack than this value are marked in `live`
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
   // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
-  bool emptied = false;  // a sample became air
+  bool emptied = false;  // true if a sample became air
 };
 
 }  // namespace
@@ -54,7 +54,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers above
+// This header is included last, because it uses the four headers above.
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -91,7 +91,7 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 
 namespace {
 
-constexpr int kStretch = 64;  // samples of a row that are listed together
+constexpr int kStretch = 64;  // number of samples of a row that are listed together
 // voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
@@ -103,7 +103,8 @@ struct Seen {
   F8 x, y, z, rho, n_rho, n_z;  // in T: the block's centre (rho: distance from the axis), and the outward direction
 };
 
-/// Makes the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the head's centre.
+/// Computes the data of the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the
+/// head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -183,8 +184,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. For
-/// one float or eight.
+/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. T is
+/// one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -198,9 +199,9 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Finds which of two neighbouring pieces (one bit each) is the only piece that can be nearest to any of `count`
-/// samples along z while the head moves by `ahead`. `first`, `last`: indices of the two pieces, or of one piece. `v`:
-/// the first sample relative to the head, in V.
+/// Tests for each of two neighbouring pieces whether it alone can be nearest to any of `count` samples along z while
+/// the head moves by `ahead`. Returns one bit for each piece. `first`, `last`: indices of the two pieces, or of one
+/// piece. `v`: the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -232,8 +233,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// Begins a pass for one end of the head's motion. `after`: the head was already cut out at the other end. `ahead`:
-  /// path length for which the results must be valid.
+  /// Begins a pass for one end of the head's motion. `after`: true if the head was already cut out at the other end.
+  /// `ahead`: path length for which the results must be valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -273,7 +274,8 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  enum class Work { kNone, kLook, kRaise };  // kLook: the head recedes from the whole block
+  // kLook: the block is only examined, because the head recedes from the whole block
+  enum class Work { kNone, kLook, kRaise };
   /// Fills `block` if a sample of the block can change while the head moves by `ahead`. Otherwise sets `slack` to the
   /// smallest motion of the head after which a sample can change.
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
@@ -281,7 +283,8 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // Within a block, z and rho + z differ by at most kHalf and √2 kHalf. Nothing is known for other motions.
+    // For a motion along the axis, samples above two limits do not change. Within a block, z and rho + z differ from
+    // the values at the centre by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
@@ -300,7 +303,8 @@ class HeadPass {
       block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
       clipped |= block.to[i] - block.from[i] != extent[i];
     }
-    // Far from the surface: field and depth change by at most one per voxel.
+    // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change by at
+    // most one per voxel.
     if (!clipped) {
       slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -319,7 +323,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the whole block, nothing is left to cut.
+      // If the head recedes from the whole block, no sample of it can become deeper, so nothing is left to cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -339,7 +343,7 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in V
-    // Without a direction, the only bound is that the depth changes by at most one per voxel.
+    // Without a known direction, the only bound is that the depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -372,7 +376,7 @@ class HeadPass {
   int lanes_ = 0;
 };
 
-/// Kind of a group that spans two neighbouring blocks.
+/// Returns the kind of a group that spans two neighbouring blocks.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -429,8 +433,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises all due blocks of a part and computes when each is due again. Lists the groups that may change until the
-/// head has moved by `ahead`.
+/// Raises the samples of all due blocks of a part, and computes the path length at which each block is due again. Lists
+/// the groups that may change until the head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -535,8 +539,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and the lists were made when the head was up to one voxel away. Lists
-    // that were made before the head moved along its axis also extend beyond the box of this motion.
+    // Groups extend to the ends of their blocks, and the lists are from a time when the head was up to one voxel away.
+    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);

@@ -1,9 +1,9 @@
-// Kernel text, included within namespaces of eight lanes (lane_ops.h), after cut_kernel.h, depth_kernel.h, row_kernel.h
-// and way_kernel.h: raises the samples of one block to their depth in a head.
+// This file is included in the namespaces of lane_ops.h with eight lanes, after cut_kernel.h, depth_kernel.h,
+// row_kernel.h and way_kernel.h. It raises the samples of one block to their depth in a head.
 
-/// new = max(old, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample changed. With
-/// `may_raise` false the function changes nothing and only computes `found`. Samples that may have been deeper on the
-/// path are added to `tops`.
+/// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample
+/// changed. If `may_raise` is false, the function changes nothing and only computes `found`. Samples that may have been
+/// deeper on the path are added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -72,7 +72,7 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // The slack holds for every motion, the list only for motions of the present kind.
+        // The slack is valid for every motion. The list is valid only for motions of the present kind.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);

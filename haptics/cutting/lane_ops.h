@@ -1,6 +1,6 @@
-// Vector operations for the kernel texts of this folder: eight floats with GCC's vector types (as two halves on
-// processors with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that
-// all processors compute the same bits. Private to haptics/cutting.
+// Vector operations for the kernels of this folder: eight floats with GCC's vector types (as two halves on processors
+// with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that all
+// processors compute the same bits. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -73,15 +73,15 @@ TYPODONT_KERNEL Floats root(Floats v) {
 TYPODONT_KERNEL Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Low 16 bits of each lane; high_half() returns the other bits. For lanes that are not negative.
+/// Returns the low 16 bits of each lane; high_half() returns the other bits. For lanes that are not negative.
 TYPODONT_KERNEL Ints low_half(Ints v) {
   return v & 0xffff;
 }
 TYPODONT_KERNEL Ints high_half(Ints v) {
   return v >> 16;
 }
-/// Hardness bytes of samples (label.h, hardness.h): that of the filling where a sample is filled. `labels`: null if
-/// no sample is filled.
+/// Returns the hardness bytes of samples (label.h, hardness.h). For a filled sample, this is the hardness of the
+/// filling. `labels`: null if no sample is filled.
 TYPODONT_KERNEL Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
@@ -247,8 +247,8 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Masked forms are used for some
-// operations, because GCC 12 warns wrongly about an unused operand of the plain ones.
+// Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Some operations use masked
+// intrinsics, because GCC 12 warns wrongly about an unused operand of the intrinsics without mask.
 #define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
   using Floats = V;                                                                        \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \

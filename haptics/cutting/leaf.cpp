@@ -82,7 +82,7 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   // slip: voxels, largest rounding error of a depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // The distance from the head at B to all samples exceeds the sweep's length, so the head did not come near them.
+  // The distance from the head at B to all samples exceeds the sweep's length, so the head did not touch them.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

@@ -1,13 +1,13 @@
-// Kernel text, included once within each namespace of lanes (lane_ops.h), after cut_kernel.h: raises the samples of one
-// leaf of the tissue to their depth in a ball.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
+// It raises the samples of one leaf of the tissue to their depth in a ball.
 
-/// Terms of the samples' distance that are the same in every plane of constant x; index y, then z.
+/// Terms of the samples' distance that are the same in every plane of constant x. The index is y, then z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
 
-/// Raises the samples of a leaf. `capsule` false: the ball moves so little (Sweep::is_ball) that only its end position
-/// counts, as in depth_of_eight().
+/// Raises the samples of a leaf. `capsule`: false if the ball moves so little (Sweep::is_ball) that only its end
+/// position counts, as in depth_of_eight().
 template <bool capsule>
 TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf;
@@ -48,7 +48,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
       store(distance, now);
       raised |= rises;
       emptied |= more(zero, old) & no_less(now, zero);
-      // A sample cannot change any more after the head has been at its deepest position there.
+      // After the head has been at its deepest position at a sample, the sample cannot change any more.
       least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
     }
   }

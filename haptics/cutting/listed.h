@@ -16,7 +16,7 @@
 
 namespace typodont::haptics {
 
-/// A moving ball as plain data. Voxels, relative to a nearby voxel.
+/// A moving ball as plain data, in voxels relative to a nearby voxel.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -28,10 +28,10 @@ struct Capsule {
 struct BallFront {
   Capsule c;
   glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
-  float* distance;    // distance of the sample at the origin
+  float* distance;    // pointer to the distance of the sample at the origin
   struct {            // tables, indexed by the height (z)
-    float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
-    float* ahead;     // z distance from A times the motion's z component
+    float* apart;     // distance from A along z; if the ball at B covers everything: squared distance from B along z
+    float* ahead;     // distance from A along z, times the z component of the motion
   } heights;
   CutFront::Listed groups;
   struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
@@ -55,7 +55,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Number of samples, from the start of a group (at most `lanes`), that have the same label. Samples that can never
+/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples that can never
 /// contain surface count as having any label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
@@ -77,7 +77,8 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Cut the listed groups. Return true if a sample changed; the removed volume is added to `removed`.
+/// These functions cut the listed groups. They return true if a sample changed, and add the removed volume to
+/// `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

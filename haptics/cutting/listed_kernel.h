@@ -1,5 +1,5 @@
-// Kernel text, included once in each namespace of lanes (lane_ops.h): cuts the groups that are listed in front of a
-// head.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
+// that are listed in front of a head.
 
 constexpr int kChunk = 128;  // number of groups that are processed together
 constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
@@ -7,11 +7,11 @@ alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12
 
 TYPODONT_KERNEL void fetch(const float* group) {
   __builtin_prefetch(group);
-  // groups usually span two cache lines
+  // prefetches the end of the group, too, because groups usually span two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// True if all samples may change in each of the groups from this one on (one group per lane).
+/// Returns true if all samples may change in each of the groups from this group on (one group per lane).
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -25,8 +25,8 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Processes groups one by one. `ahead`: all samples of the groups lie ahead of A; `whole`: all samples may change.
-/// Each flag that is true omits the corresponding test per sample.
+/// Processes groups one by one. `ahead`: true if all samples of the groups lie ahead of A; `whole`: true if all samples
+/// may change. If a flag is true, the corresponding test of each sample is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -124,8 +124,8 @@ struct BelowLine {
     return below;
   }
 };
-/// A line perpendicular to the axis, the end of many heads; the depth below it does not depend on the distance from
-/// the axis.
+/// Computes the depth below a line perpendicular to the axis, which is the end of many heads. This depth does not
+/// depend on the distance from the axis.
 struct BelowEnd : BelowLine {
   TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -140,7 +140,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Depth below one or two pieces, including their ends.
+/// Computes the depth below one or two pieces, including their ends.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -163,8 +163,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// Depth below the end of a drill that moves along its axis, including the rim; the same bits as BelowAny for samples
-/// that do not stay still.
+/// Computes the depth below the end of a drill that moves along its axis, including the rim. For samples that can
+/// change, the bits are the same as those of BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -201,7 +201,7 @@ struct HeadSides {
   float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis
   // Voxels. bend: difference of the motion between adjacent samples of a group, as a vector. turned: upper bound of the
-  // difference between the motion of a group's middle and that of its samples.
+  // difference between the motion of a group's middle and the motion of the group's samples.
   float bend[3], turned;
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -218,7 +218,8 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// One bit per lane, one group per lane: the bit is 1 if some samples of the group may have been deeper.
+  /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
+  /// during the motion.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -240,7 +241,7 @@ struct HeadSides {
   }
 };
 
-/// Processes groups one by one. `beside`: some of their samples may have been deeper during the motion.
+/// Processes groups one by one. `beside`: true if some of their samples may have been deeper during the motion.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -289,7 +290,7 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // no sample was deeper during a motion along the axis
+  // during a motion along the axis, no sample is deeper than at the end of the motion
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {

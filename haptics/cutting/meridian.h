@@ -21,11 +21,12 @@ struct MeridianPiece {
   // tan(φ/2); φ: angle between the normals of this piece and its neighbour at their common corner
   float corner_a, corner_b;
 };
-// Limit of the kinds: a kind below this value is the index of a single smooth piece; any other kind is this value
-// plus a set of pieces
+// Limit of the values of a kind. A kind below this value is the index of a single smooth piece. Any other kind is this
+// value plus a set of pieces (one bit each).
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// A pose of the head, in voxels relative to `base`, a voxel near the head, so that floats are precise enough.
+/// A pose of the head, in voxels relative to `base`. `base` is a voxel near the head, so that floats are precise
+/// enough.
 struct HeadPose {
   glm::ivec3 base;
   float p[3];  // position of the head relative to `base`
@@ -40,7 +41,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-inline constexpr float kNoEnd = 1e9f;  // stands for an infinite slack
+inline constexpr float kNoEnd = 1e9f;  // a slack so large that it counts as infinite
 
 void flatten(const HeadField& head, MeridianPiece* pieces);
 HeadPose head_pose(const Pose& X_VT);

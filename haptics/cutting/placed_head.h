@@ -1,4 +1,4 @@
-// Adds a body with the shape of a tool's head to the tissue, e.g. an implant.
+// Adds a body with the shape of a tool's head to the tissue, for example an implant.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace typodont::haptics {
 
-/// Adds the shape of a tool's head at one pose to the tissue, as Fill adds a ball: for an implant that stays in the
-/// bone. Carver's thread.
+/// Adds the shape of a tool's head at one pose to the tissue, as Fill adds a ball. It is used for an implant that stays
+/// in the bone. Carver's thread.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Inclusive range of voxels within Sweep::kMargin voxels of the head.
+  /// Range of voxels (both ends included) within Sweep::kMargin voxels of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
@@ -26,9 +26,9 @@ class PlacedHead {
              std::size_t stride_y, PerTissue* added) const noexcept;
 
  private:
-  HeadField head_;  // voxels
+  HeadField head_;  // lengths in voxels
   Tissue label_;
-  Pose X_TV_;  // voxels
+  Pose X_TV_;  // positions in voxels
   glm::ivec3 lo_, hi_;
 };
 

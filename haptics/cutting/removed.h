@@ -16,10 +16,10 @@ namespace typodont::haptics {
 /// Samples of a patch with hardness per voxel; the index of a sample is the same in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;          // null: no sample is filled
+  const Tissue* tissue = nullptr;          // labels of the samples; null: no sample is filled
   const std::uint8_t* hardness = nullptr;  // null if the tissue has no hardness per voxel
 
-  /// Hardness byte of a sample, or the hardness byte of the filling that covers it.
+  /// Returns the hardness byte of a sample, or the hardness byte of the filling that covers it.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }
@@ -27,11 +27,11 @@ struct GradedSamples {
 
 /// The volume that a cut removed, summed by the kernels while they cut.
 struct RemovedVolume {
-  // voxels³; for each voxel, the fraction inside the surface before the cut minus the fraction after it
+  // voxels³, sum over the voxels of the fraction inside the surface before the cut minus the fraction after it
   PerTissue volume{};
   GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
-  // Removed volume times hardness, in units of share.h times hardness bytes. The sums are integers, so they do not
-  // depend on the order of the samples.
+  // Removed volume times hardness; the unit is the unit of share.h times a hardness byte. The sums are integers, so
+  // they do not depend on the order of the samples.
   std::array<std::int64_t, kTissueCount> hardened{};
 
   /// Adds the removed volume `units` of one sample.

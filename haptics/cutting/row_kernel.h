@@ -1,19 +1,20 @@
-// Kernel text, included after cut_kernel.h where lanes are eight: rows of blocks, complete or partial.
+// This file is included after cut_kernel.h in namespaces with eight lanes. It contains rows of blocks, complete or
+// partial.
 
 /// A row with one sample per lane; only the samples from..to are processed.
 struct Row {
   float* distance;
   int from, to;
-  bool whole;  // all samples are processed
+  bool whole;  // true if all samples are processed
 
-  /// Samples that are not processed get a value that is never raised.
+  /// Returns the samples of the row. Samples that are not processed get a value that is never raised.
   TYPODONT_KERNEL Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  /// `labels`: labels of the samples; only used if the volume is counted.
+  /// Writes the changed samples of the row. `labels`: labels of the samples, used only if the volume is counted.
   TYPODONT_KERNEL void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);

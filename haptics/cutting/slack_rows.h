@@ -1,5 +1,5 @@
-// Slack of the samples in a column of blocks: the motion of the head before they can change, and the stage of a group
-// of them. Private to haptics/cutting.
+// Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. Also the
+// stage of a group of samples. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Slack of 16 rows, in voxels of the head's approach.
+/// Slack of 16 rows: the distance (voxels) by which the head must approach before a sample can change.
 class SlackRows {
  public:
   static constexpr int kStretch = 64;  // number of samples of a row that are listed together
@@ -20,8 +20,8 @@ class SlackRows {
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// The smallest slack among sixteen samples from z on; only samples that are marked in `which` count, because the
-  /// slack of the others may not have been stored.
+  /// Returns the smallest slack among sixteen samples from z on. Only samples that are marked in `which` count, because
+  /// the slack of the other samples may not have been stored.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -37,14 +37,15 @@ class SlackRows {
   }
 
  private:
-  // samples per stored row; longer than kStretch, because a group may extend beyond the interval
+  // number of samples per stored row; larger than kStretch, because a group may extend beyond the interval
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// The stage before which a group with this slack cannot change, in a list that is valid for `ahead`.
+/// A list of groups is valid while the head moves by `ahead` (voxels). This motion is divided into CutFront::kStages
+/// equal stages. Returns the first stage in which a group with this slack can change.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

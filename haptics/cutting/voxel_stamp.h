@@ -17,7 +17,7 @@ class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Inclusive range of voxels around the head.
+  /// Range of voxels (both ends included) around the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
@@ -27,8 +27,8 @@ class VoxelStamp {
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
  private:
-  HeadField head_;  // voxels
-  Pose X_TV_;       // voxels
+  HeadField head_;  // lengths in voxels
+  Pose X_TV_;       // positions in voxels
   glm::ivec3 lo_, hi_;
 };
 

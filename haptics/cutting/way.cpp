@@ -34,12 +34,12 @@ namespace {
 constexpr int kSteps = 24;           // limit of the steps of a search; almost every search needs fewer than ten
 constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
 
-/// Restricts `lowest` .. `highest` (heights of the first samples of blocks) to heights within `far` of an axis. The
-/// blocks' centres have the horizontal offset `off` from a point on the axis at height `height`. Returns false if no
-/// height remains.
+/// Restricts `lowest` .. `highest` (heights of the first samples of blocks) to heights at which a block is nearer than
+/// `far` to an axis. The blocks' centres have the horizontal offset `off` from a point on the axis at height `height`.
+/// Returns false if no height remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // |d|² - (d·a)² <= far² with d = (off, z) is a quadratic in z
+  // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -94,7 +94,7 @@ struct Search {
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, way.x, way.y, way.z)};
   }
-  /// Outward normal at a fraction of the path, in the head's frame.
+  /// Returns the outward normal at the fraction `share` of the path, in the head's frame.
   TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
     const Points p = place(share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -124,8 +124,8 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // The result for one sample does not depend on the others. If the curve rises towards an end, the maximum is at
-    // that end.
+    // The result for one sample does not depend on the other samples. If the curve rises towards an end, the maximum is
+    // at that end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -159,7 +159,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Combine the two tangents that bound the curve so that the combined bound is level along the path.
+  // Combines the two tangents that bound the curve, so that the combined bound is constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -177,10 +177,10 @@ void look_at(const Straight* way_at, Centres* centres) {
 /// pieces.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
-  Points at;  // in the head's frame
+  Points at;  // positions of the centres in the head's frame
   F8 rho;     // distance from the head's axis
 
-  /// The pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
+  /// Returns the pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -188,8 +188,8 @@ struct AtStart {
     }
     return set;
   }
-  /// True if the head recedes from all samples of the block. Depth is concave along the path, so each sample is then
-  /// deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
+  /// Returns true if the head recedes from all samples of the block. Depth is concave along the path, so each sample is
+  /// then deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
   bool recedes(const Straight& way, int lane, float rounding) const {
     const unsigned set = nearest_within(kHalf, lane, way.count);
     const glm::vec3 p(at.x[lane], at.y[lane], at.z[lane]);
@@ -211,7 +211,7 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Used only for centres that are not outside; most centres are outside.
+/// This function is used only for centres that are not outside the head; most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found) {
   const Straight& way = *way_at;
@@ -223,8 +223,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found) {
   }
 }
 
-/// The smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample of the
-/// block, relative to the first pose's base. Depth is concave, so it is smallest at a corner.
+/// Returns the smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample
+/// of the block, relative to the first pose's base. Depth is concave, so it is smallest at a corner of the block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -246,7 +246,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample, relative to the first pose's base
+  glm::ivec3 first;  // first sample of the block, relative to the first pose's base
   float top, n[3], share;
   float bent;    // upper bound of the error when the centre's values are used for the other samples
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
@@ -258,17 +258,17 @@ struct WayBlock {
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// The plane's upper bound of all depths in the row through the block's centre.
+  /// Returns the plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Difference between -kMargin, the smallest value of any sample, and the plane's bound of a row, in voxels. If the
+  /// Returns how far (voxels) the plane's bound of a row is below -kMargin, the smallest value of any sample. If the
   /// result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// The plane's upper bound of all depths in the block.
+  /// Returns the plane's upper bound of all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches the rows of a block that carve_way_block will read.
+/// Prefetches those rows of a block that carve_way_block will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -279,15 +279,15 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)), ignoring depths below -kMargin. Returns true if any sample
-/// changed. `slack`: voxels that the head may still move before any sample of these rows can change.
+/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. Returns true if any sample
+/// changed. `slack`: distance in voxels that the head may still move before any sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
-  // Process all rows step by step together, so that latencies overlap.
+  // All rows are processed step by step together, so that the processor need not wait for the result of each step.
   constexpr int kAll = kRows * kRows;
   const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
   Search searches[kAll];
@@ -388,7 +388,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // Computes the rotation minus the identity without cancellation.
+  // Computes the rotation minus the identity, without loss of digits by cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},

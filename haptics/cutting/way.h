@@ -11,33 +11,33 @@
 
 namespace typodont::haptics {
 
-/// Motion from one pose to another, in either direction: a sample at p in the head's frame moves to p + shift + turn p.
-/// Voxels.
+/// Motion from one pose to another, in either direction, in voxels: a sample at p in the head's frame moves to p +
+/// shift + turn p.
 struct Straight {
   HeadPose from;
-  float shift[3], turn[9];  // column by column
+  float shift[3], turn[9];  // vector, and matrix column by column
   const MeridianPiece* pieces;
   int count;
   float turned;   // upper bound of the difference between the paths of samples at a distance of one voxel
   float longest;  // longest path of any sample that a cut may change
   float slip;     // upper bound of the error of a tangent
-  // Motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond in the
-  // head's frame, i.e. if it lies above the rim of the end and nearer to the flank than to the end during the whole
-  // motion. kNoEnd for every other motion
+  // For a motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond
+  // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
+  // the whole motion. kNoEnd for every other motion.
   float still_above = kNoEnd, still_beyond = kNoEnd;
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
-/// For blocks of 4 × 4 × 8 voxels, z fastest: the path length of the head at which each block must be examined again
-/// (CutFront). A sweep that has no information about a block does not change its value.
+/// The path length of the head at which each block of 4 × 4 × 8 voxels must be examined again (CutFront); z is the
+/// fastest index. A sweep that has no information about a block does not change the block's value.
 struct DueBlocks {
   float* due;
-  glm::ivec3 first, size;  // blocks
+  glm::ivec3 first, size;  // first block, and number of blocks along each axis
   float way;               // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// The due values of a row of blocks along z, from the block that begins at `voxel` to the block that contains
-  /// height `last_z`. Null if any of these values is unknown.
+  /// Returns the due values of a row of blocks along z, from the block that begins at `voxel` to the block that
+  /// contains height `last_z`. Null if any of these values is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
@@ -48,16 +48,16 @@ inline constexpr float kSlow = 0.05f;
 // voxels, limit: nearer to a corner, rounding dominates the direction from the corner
 inline constexpr float kNear = 0.01f;
 
-/// Smallest distance r from the axis at which the additional depth between the ends of a path, about way² / 4 r, can
-/// be ignored, if one piece is nearest along the whole path.
+/// Returns the smallest distance r from the axis at which the additional depth between the ends of a path, about way² /
+/// 4 r, can be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  // the sum includes the depth of a cut, at most 3 voxels
+  // the 4 voxels include the depth of a cut, which is at most 3 voxels
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
-/// Samples that may have been deeper in the head during its motion than at its end; the head was already cut at the
-/// end.
+/// Samples that may have been deeper in the head during its motion than at the end of the motion. The head was already
+/// cut at the end.
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 
@@ -71,8 +71,8 @@ struct PathMaxima {
   std::uint8_t label[kRoom];
 
   PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
-  /// Call before `samples` samples are read: if the list has too little space for all of them, it is carved and
-  /// emptied.
+  /// Call this function before `samples` samples are read. If the list has too little space for all of them, it is
+  /// carved and emptied.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }

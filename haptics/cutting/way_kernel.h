@@ -1,7 +1,7 @@
-// Kernel text, included after depth_kernel.h in namespaces of lanes: the change of the depth of samples along their
-// path.
+// This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
+// along their path.
 
-/// The depths of samples, without those that stay still (Straight::still_above): these count as far outside the head.
+/// Returns the depths of samples. Samples that do not change (see Straight::still_above) count as far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -36,13 +36,13 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Outward normal; at a corner, any direction between the normals of the two pieces is valid.
+  /// Computes the outward normal. At a corner, any direction between the normals of the two pieces is valid.
   TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// Rate at which the depth of samples at x, y, z increases along the given direction in the head's frame.
+  /// Returns the rate at which the depth of samples at x, y, z increases along the given direction in the head's frame.
   TYPODONT_KERNEL Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
@@ -61,18 +61,21 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Mask of the samples whose depth may have been larger than both their present depth (by a relevant amount) and
-/// `least`, on a path that leads back. The depth initially grows by `growth` / `scale`, and never faster.
+/// Returns the mask of the samples whose depth may have been larger than both their present depth (by a relevant
+/// amount) and `least`, on the path back to the previous pose. The depth initially grows by `growth` / `scale`, and
+/// never faster.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The piece nearest to some samples, and the component of a direction towards this piece, without another square
-/// root. The direction is given by its components perpendicular to the axis and along it, × rho.
+/// The piece nearest to some samples, and the component of a direction towards this piece, computed without another
+/// square root. The direction is given by its components perpendicular to the axis and along it, both multiplied by
+/// rho.
 struct NearestOnWay {
   NearestPiece nearest;
-  Floats away;  // component of the direction away from the nearest point, times the distance to it, × rho
+  /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
+  Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
@@ -110,9 +113,9 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces:
-/// the largest n·w over the normals n of these pieces. `away`, `along`: components of w perpendicular to the axis and
-/// along it. `tip`: the nearest point may be a tip.
+/// Returns an upper bound of the speed at which the head approaches samples whose nearest point is on one of some
+/// neighbouring pieces: the largest n·w over the normals n of these pieces. `away`, `along`: components of w
+/// perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // n·w is maximized over the normals n of these pieces. The normals rotate from the first piece's normal to the last

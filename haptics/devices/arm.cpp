@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// acos with its argument limited to [-1, 1], so that a linkage at the end of its range or a wrong count does not give
-/// NaN.
+/// Arc cosine whose argument is limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count does
+/// not give NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -19,7 +19,8 @@ double angle_of(double cosine) {
 struct FiveBar {
   double rho, z, lambda;
 };
-/// Polhem's five-bar linkage: motors B and C drive two cranks; λ is the angle of the forearm.
+/// Computes the five-bar linkage of the Polhem arm. Motors B and C (angles t2, t3) drive two cranks, and λ is the angle
+/// of the forearm.
 FiveBar five_bar(const Arm& arm, double t2, double t3) {
   const auto& L = arm.L;
   const double px = L[0] + L[1] * std::cos(t2), py = L[1] * std::sin(t2);
@@ -181,8 +182,8 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   if (arm.linkage == Arm::Linkage::kFiveBar) {
-    // Central differences, because the closed form for the five-bar linkage is long; a step of 1e-6 rad gives nine
-    // correct digits.
+    // The Jacobian is computed by central differences, because the closed form for the five-bar linkage is long. A step
+    // of 1e-6 rad gives nine correct digits.
     constexpr double kStep = 1e-6;
     glm::dmat3 J;
     for (int i = 0; i < 3; ++i) {
@@ -202,7 +203,8 @@ double position_step(const Arm& arm) {
   const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);  // rad per count
+    // rad, rotation of the body for one encoder count
+    const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);
     sum += glm::dot(J[i], J[i]) * count * count;
   }
   return std::sqrt(sum);

@@ -1,6 +1,6 @@
-// Kinematics of the open-hardware arms (WoodenHaptics, Polhem), with geometry from a preset file. Pure functions.
-// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z; B and C absolute, from
-// the vertical.
+// Kinematics of the open-hardware arms (WoodenHaptics, Polhem), whose geometry is read from a preset file. The
+// functions have no state. Frame H is the frame of the arm's base: x towards the user, y to the right, z up. Angle A of
+// the bodies is about z; the angles B and C are measured from the vertical.
 #pragma once
 
 #include <array>
@@ -13,26 +13,28 @@
 
 namespace typodont::haptics {
 
-/// Geometry and limits of an arm. SI units. All values must come from one preset file: published sources differ in
-/// signs and constants, so their values must not be mixed.
+/// Geometry and limits of an arm in SI units. All values must come from one preset file. Published sources have
+/// different signs and constants, so values from several sources must not be combined.
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  dvec3 capstan{0}, body{0};                     // m, diameters of capstans and bodies for A, B, C
-  double La = 0, Lb = 0, Lc = 0;                 // m, serial linkage
-  std::array<double, 6> L{};                     // m, five-bar linkage
-  dvec3 origin{0};                               // m, origin of the workspace in the base
-  dvec3 torque_constant{0};                      // N·m/A
-  std::array<double, 6> counts{};                // counts per encoder turn, A…F; 0 for D…F: no stylus encoders
+  // m, diameters of the capstans (on the motors) and of the bodies that they drive, for A, B, C
+  dvec3 capstan{0}, body{0};
+  double La = 0, Lb = 0, Lc = 0;  // m, lengths of the links of a serial linkage
+  std::array<double, 6> L{};      // m, lengths of the links of a five-bar linkage
+  dvec3 origin{0};                // m, origin of the workspace in the frame of the base
+  dvec3 torque_constant{0};       // N·m/A, torque of each motor per current
+  std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F means that the stylus has no encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
-  double current_limit = 3;                      // A, limit for each motor; the firmware has no limit
-  double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
-  double continuous_force = 0;                            // N, force that the motors can give continuously
-  double vibration_band = 0;                              // Hz, limit of the vibration frequencies that the arm renders
-  double silence = 0;                                     // s, timeout of the watchdog; 0: the default of 1.8 ms
-  double joint_speed = 30;  // rad/s, limit of the bodies' speed; a faster motion counts as a sensor error
-  // Gravity compensation of bodies B and C: masses, and distances of their centres from the joint.
+  double current_limit = 3;  // A, largest current of a motor; the firmware of the boards has no limit
+  double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m; values for this arm
+  double continuous_force = 0;  // N, force that the motors can give permanently without overheating
+  double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
+  double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
+  double joint_speed = 30;      // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
+  // Values for the gravity compensation of the bodies B and C: masses, and distances of the centres of mass from the
+  // joint.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
@@ -41,31 +43,33 @@ struct Arm {
   std::int64_t reach(int i, double dt) const;
 };
 
-/// Reads assets/devices/NAME.json. Throws Error.
+/// Reads the preset file assets/devices/NAME.json. Throws Error.
 Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
-/// Body angles A, B, C, rad.
+/// Angles of the bodies A, B, C in rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
-/// Angles of the stylus joints D, E, F, rad; invalid without stylus encoders.
+/// Angles of the stylus joints D, E, F in rad. They are invalid if the stylus has no encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Pose of the stylus tip in H. The orientation is not verified on hardware, and published sources disagree.
+/// Pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources contradict
+/// each other.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
-/// Jacobian of the tip's position; its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C.
+/// Jacobian of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
-/// Motion of the tip, m, for one count of each of the three encoders together, in the home position.
+/// Distance in m that the tip moves if the encoders A, B and C all change by one count, in the home position.
 double position_step(const Arm& arm);
-/// Torques on the bodies, N·m, that compensate the arm's weight; zero if no masses are given.
+/// Torques on the bodies, in N·m, that compensate the weight of the arm. They are zero if the preset contains no
+/// masses.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
 
 struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force in H, plus the torques `holding` (N·m) on the bodies. If a current exceeds its limit,
-/// all currents are scaled down, so that the force keeps its direction.
+/// Computes the motor currents for a force in H and the additional torques `holding` (N·m) on the bodies. If a current
+/// exceeds its limit, all currents are reduced by the same factor, so that the force keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

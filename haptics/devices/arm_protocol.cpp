@@ -107,10 +107,10 @@ ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
     const auto result =
         fmt::format_to_n(reinterpret_cast<char*>(command.bytes.data()), command.bytes.size(), "[{},{},{}]\n",
                          milliamperes(amperes.x), milliamperes(amperes.y), milliamperes(amperes.z));
-    command.size = result.size;  // the text has at most 24 characters
+    command.size = result.size;  // the text is never longer than 24 characters
     return command;
   }
-  command.size = command_size(protocol);  // bytes[0] stays 0: no report id
+  command.size = command_size(protocol);  // bytes[0] is the report id and stays 0
   for (int i = 0; i < 3; ++i) put16(command, 1 + 2 * static_cast<std::size_t>(i), milliamperes(amperes[i]));
   return command;
 }
@@ -119,7 +119,7 @@ ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& 
   ArmCommand command;
   command.size = command_size(protocol);
   for (std::size_t i = 0; i < 3; ++i) {
-    put16(command, 1 + 2 * i, counts[3 + i]);  // the current fields contain D, E, F
+    put16(command, 1 + 2 * i, counts[3 + i]);  // the fields for currents contain the counts of D, E, F in this command
     put16(command, 9 + 2 * i, counts[i]);
   }
   put16(command, 7, 1);

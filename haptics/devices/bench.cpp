@@ -18,8 +18,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A board of the second generation that answers at once. It moves slightly to and fro, and sends one report per
-/// period of simulated time.
+/// A simulated board of the second generation that answers at once. It simulates a small oscillation of the arm, and
+/// sends one report per period of simulated time.
 class MemoryBoard : public Link {
  public:
   explicit MemoryBoard(double rate) : period_(from_seconds(1 / rate)) {}
@@ -41,7 +41,8 @@ class MemoryBoard : public Link {
   unsigned sum_ = 0;
 };
 
-/// Times from each sample to its written force, ns. Each is stored, because a histogram's bins would be too coarse.
+/// Times in ns from each sample to the written force. Every time is stored, because the bins of a histogram would be
+/// too coarse.
 using Times = std::vector<double>;
 
 Times bare_loop(int ticks) {
@@ -58,7 +59,8 @@ Times bare_loop(int ticks) {
   return times;
 }
 
-/// `contact`: the servo computes contact with a block under the arm's tip; otherwise the force is constant.
+/// Runs the loop of an arm. If `contact` is true, the servo computes contact with a block below the arm's tip;
+/// otherwise the force is constant.
 Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   auto link = std::make_unique<MemoryBoard>(rate);
   Link& clock = *link;
@@ -73,7 +75,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   HandSample sample;
   hand.read(sample);
 
-  // The whole path of the tip lies slightly below the block's face.
+  // The block is placed so that the whole path of the tip lies slightly below its top face.
   const dvec3 tip = sample.X_WT.p;
   const DenseTissue block =
       read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel", "solid": {{"box": {{
@@ -96,7 +98,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   Cut cut;
   for (int i = 0; i < ticks; ++i) {
     hand.read(sample);
-    const Nanos woke = now();  // time at which the sample was available
+    const Nanos woke = now();  // time at which the sample had arrived
     dvec3 f = hand.armed() ? dvec3(0.1, 0.2, 0.3) : dvec3(0);
     if (contact) {
       steps.servo().tick(sample, tick, cut);
@@ -108,8 +110,8 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   return times;
 }
 
-/// Velocity error on a path, m/s rms: relative to the velocity at the same time, and relative to the velocity at the
-/// stated lag.
+/// Root mean square error of the estimated velocity on a path, in m/s. It is relative to the velocity at the same time,
+/// and relative to the velocity earlier by the stated lag.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };
@@ -167,7 +169,7 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
         arm_loop(woody, rate, options.ticks, true));
   }
 
-  // The estimator gets the encoder step of 0.055 mm as its noise.
+  // m, step of the encoder, which the estimator uses as its noise
   constexpr double kStep = 0.055e-3;
   struct Motion {
     const char* name;

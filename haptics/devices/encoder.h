@@ -1,4 +1,4 @@
-// Extends incremental encoders with 16-bit counts to full counts, and detects jumps.
+// Extends the 16-bit counts of incremental encoders to full counts, and detects jumps.
 #pragma once
 
 #include <algorithm>
@@ -7,27 +7,27 @@
 
 namespace typodont::haptics {
 
-/// One encoder. Its count is valid if the encoder turns less than half its 16-bit range between two reports. The
-/// supported arms cannot exceed this, even across their whole workspace.
+/// The full count of one encoder. It is correct if the encoder turns by less than half of its 16-bit range between two
+/// reports. The supported arms never turn by so much, even across their whole workspace.
 class Encoder {
  public:
-  /// Sets the count that belongs to the present reading.
+  /// Defines that the present reading corresponds to `count`.
   void home(std::int64_t count) noexcept {
     offset_ += count - value();
     slipped_ = false;
   }
   std::int64_t value() const noexcept { return total_ + offset_; }
 
-  /// Result of a reading.
+  /// The result of processing a reading.
   enum class Step {
     kGood,
-    kRejected,  // too far from the last reading: the report counts as wrong, and the count does not change
-    kSlipped,   // the readings stay too far away: counts were lost, and the position is wrong until the arm is homed
+    kRejected,  // the reading is too far from the last one, so it counts as wrong, and the count does not change
+    kSlipped,  // Several readings were too far away, so counts were lost. The position is wrong until the arm is homed.
   };
-  /// Processes a reading. `reach`: largest possible change in counts since the last good reading. `nearby`: largest
-  /// possible change between two readings.
+  /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
+  /// is the largest possible change between two readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // The difference as int16 is the shorter of the two directions.
+    // A difference in 16 bits is the shorter of the two possible directions.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -35,7 +35,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // Limit: this number of consecutive distant readings that agree with each other are accepted.
+  // Number of consecutive distant readings, which agree with each other, after which they are accepted.
   static constexpr int kAcceptedAfter = 8;
 
  private:
@@ -50,8 +50,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If distant readings agree with each other, the encoder has really jumped, because wrong reports would not
-    // agree.
+    // If distant readings agree with each other, the encoder has really jumped. Wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

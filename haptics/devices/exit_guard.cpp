@@ -19,18 +19,18 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-// All signals that end a process that does not handle them, except SIGKILL.
+// All signals that end a process by default, except SIGKILL, which cannot be handled.
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
 
-/// Sets an alternative stack, because after a stack overflow the handler has no other memory.
+/// Gives signal handlers a stack of their own, because after a stack overflow they could not run on the normal stack.
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // a sanitizer or debugger has already set an alternative stack
+  // Returns if a sanitizer or a debugger has already set such a stack.
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
@@ -44,7 +44,7 @@ void on_signal(int signal, siginfo_t* info, void* context) {
     if (old.sa_flags & SA_SIGINFO) return old.sa_sigaction(signal, info, context);
     if (old.sa_handler != SIG_DFL) return old.sa_handler(signal);
     ::signal(signal, SIG_DFL);
-    ::raise(signal);  // delivered when this handler returns
+    ::raise(signal);  // this signal is delivered when the handler returns
     return;
   }
 }
@@ -64,7 +64,7 @@ void install_exit_guard() {
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
       ::sigaction(kSignals[i], nullptr, &before[i]);
-      // an ignored signal does not end the program
+      // A signal that is ignored does not end the program, so it needs no handler.
       if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }
@@ -96,8 +96,9 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // A servo that was sending a force has finished by now, has seen the flag and has sent zero itself. The second
-    // round covers a servo that was interrupted before it could see the flag.
+    // Sends zero force a second time after a pause. In the pause, a servo that was sending a force finishes, sees the
+    // flag and sends zero force itself. The second time is for a servo that was interrupted before it could see the
+    // flag.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

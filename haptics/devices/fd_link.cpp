@@ -35,7 +35,8 @@ namespace {
 
 class FdLink : public Link {
  public:
-  /// `whole`: each write is a complete message, so that another process may write messages to the same descriptor.
+  /// `whole` is true if each write is a complete message. Then another process may write messages to the same
+  /// descriptor.
   FdLink(Descriptor fd, bool whole) : fd_(std::move(fd)), whole_(whole) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);
   }
@@ -48,14 +49,14 @@ class FdLink : public Link {
     if (ready < 0) return -1;
     const ssize_t n = ::read(fd_.get(), buffer.data(), buffer.size());
     if (n > 0) return static_cast<int>(n);
-    // zero bytes from a ready descriptor mean that the other end was closed
+    // If a descriptor is ready but gives no bytes, the other end was closed.
     return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    const int kept = errno;  // errno must not change, because this function may run in a signal handler
-    // Writing to a closed connection must not raise SIGPIPE. If send() refuses the descriptor because it is not a
-    // socket, write() is used.
+    const int kept = errno;  // saves errno, because this function may run in a signal handler, which must not change it
+    // send() prevents the signal SIGPIPE for a closed connection. If the descriptor is no socket, send() fails, and
+    // write() is used instead.
     ssize_t n = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n < 0 && errno == ENOTSOCK) n = ::write(fd_.get(), bytes.data(), bytes.size());
     errno = kept;
@@ -89,7 +90,7 @@ Descriptor claim(const std::string& name, const std::string& where) {
   Descriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const std::string whole = "typodont/" + name;  // the leading zero makes a Linux abstract name, which leaves no file
+  const std::string whole = "typodont/" + name;  // a Linux abstract name: it begins with a zero byte and leaves no file
   whole.copy(address.sun_path + 1, sizeof address.sun_path - 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + whole.size());
   if (fd.get() < 0 || ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0) {
@@ -112,7 +113,7 @@ std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   settings.c_cc[VMIN] = 0;
   settings.c_cc[VTIME] = 0;
   if (::tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Error(port.string(), "", std::strerror(errno), "raw mode");
-  ::ioctl(fd.get(), TIOCEXCL);  // exclusive use, also for programs that do not use our lock
+  ::ioctl(fd.get(), TIOCEXCL);  // refuses access to all other programs, also to those that do not check the lock
   ::tcflush(fd.get(), TCIOFLUSH);
   return std::make_unique<FdLink>(std::move(fd), true);
 }

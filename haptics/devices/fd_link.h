@@ -1,4 +1,4 @@
-// Links over file descriptors (serial ports, TCP), and the lock that excludes a second program from a device.
+// Links over file descriptors (serial ports, TCP), and locks that prevent other programs from using a device.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// An open file descriptor.
+/// Owns an open file descriptor and closes it.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -23,22 +23,23 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// Opens a device node for reading and writing, and locks it (flock) while it is open. Throws Error naming the node:
-/// missing, no permission (with the command that fixes it), or in use by another program.
+/// Opens a device node for reading and writing. While it is open, it is locked against other programs (flock). Throws
+/// an Error that names the node and the reason: it is missing, permission is missing (with the command that grants it),
+/// or another program uses the node.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// A lock for a device without a node of its own, for example a device behind a service. Only one program on this
-/// computer can hold the name at a time, until the descriptor is closed. Throws Error naming `where`.
+/// Locks a device that has no node of its own, for example a device behind a service. Only one program on this computer
+/// can have the lock `name` at a time. The lock ends when the descriptor is closed. Throws an Error that names `where`.
 Descriptor claim(const std::string& name, const std::string& where);
 
-/// A serial port in raw mode. Throws Error.
+/// Opens a serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// Connects to a TCP server, for protocols that send each message by one write(). Throws Error if nobody listens.
+/// Connects to a TCP server, for protocols that send each message with one write(). Throws Error if no server listens.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
-/// Takes ownership of a stream descriptor (a pseudo-terminal or a socket).
+/// Makes a link of an open stream descriptor (a pseudo-terminal or a socket), and takes ownership of the descriptor.
 std::unique_ptr<Link> link_over(Descriptor fd);
 
-/// The command that grants a missing permission.
+/// The command that grants access to devices, for error messages.
 inline constexpr const char* kPermissionRemedy = "sudo typodont devices --install-udev, then plug the device in again";
 
 }  // namespace typodont::haptics

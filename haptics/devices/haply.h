@@ -1,4 +1,4 @@
-// Driver for Haply Inverse3 through its local WebSocket service.
+// Driver for the Inverse3 (Haply), which is accessed through its local WebSocket service.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@ namespace typodont::haptics {
 
 struct HaplyState {
   std::array<char, 40> id{};      // identifier of the Inverse3, zero-terminated
-  dvec3 position{0};              // m
-  dquat orientation{1, 0, 0, 0};  // orientation of the Verse Grip, if the device has one
+  dvec3 position{0};              // m, position of the handle in the device's frame
+  dquat orientation{1, 0, 0, 0};  // orientation of the Verse Grip, if one is connected
   bool button = false;
 };
-/// Parses one message of the service. Returns nothing for messages of another kind and for invalid messages. Never
+/// Parses one message of the service. Returns no value if the message is invalid or is of another kind. Never
 /// allocates.
 std::optional<HaplyState> parse_haply(std::string_view message) noexcept;
 
-/// `link` is connected to the service. Throws Error if the service does not answer with a device. `claimed` stays
-/// open as long as the device.
+/// Makes the hand. `link` must be connected to the service, and `claimed` is the lock of the device, which is kept
+/// until the hand is destroyed. Throws Error if the service does not report a device.
 std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
                                          Descriptor claimed = {});
 

@@ -1,4 +1,5 @@
-// HID devices through hidapi. A build without hidapi finds no devices, and opening one throws an Error that says so.
+// Accesses HID devices through the library hidapi. A build without hidapi finds no devices, and opening a device throws
+// an Error that states this.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 namespace typodont::haptics {
 
 struct HidNode {
-  std::string path;  // /dev/hidrawN
+  std::string path;  // path of the device node, /dev/hidrawN
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
   std::uint16_t usage_page = 0;
@@ -20,12 +21,12 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// Lists the connected devices, including those that this user may not open. Set-up time.
+/// Lists the connected devices, also those that this user may not open. Set-up time.
 std::vector<HidNode> enumerate_hid();
-/// Opens a node and locks it against other programs. Throws Error.
+/// Opens a device node and locks it against other programs. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);
-/// Reads the report descriptor of a hidraw node from `sysfs` (hidapi 0.13 has no function for it). Returns an empty
-/// vector if it does not exist.
+/// Reads the report descriptor of a hidraw node from the folder `sysfs`, because hidapi 0.13 has no function for it.
+/// Returns an empty vector if there is none.
 std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs = "/sys");
 
 }  // namespace typodont::haptics

@@ -25,7 +25,7 @@ std::int32_t sign_extend(std::uint32_t value, std::size_t bytes) {
 
 }  // namespace
 
-// Device Class Definition for HID 1.11, section 6.2.2.
+// Follows "Device Class Definition for HID 1.11", section 6.2.2.
 std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor) {
   std::vector<HidField> fields;
   Globals now;
@@ -33,11 +33,11 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
   std::vector<std::uint32_t> usages;
   std::uint32_t usage_minimum = 0, usage_maximum = 0;
   bool has_range = false;
-  std::vector<std::uint32_t> next_bit(256, 0);  // position of the next field in each report, by report id
+  std::vector<std::uint32_t> next_bit(256, 0);  // for each report id: bit position of the next field in the report
 
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t head = descriptor[at];
-    if (head == 0xfe) {  // long items are skipped
+    if (head == 0xfe) {  // a long item, which is skipped
       if (at + 1 >= descriptor.size()) break;
       at += 3u + descriptor[at + 1];
       continue;
@@ -87,7 +87,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
         std::uint32_t& bit = next_bit[now.report_id];
         if (now.size > 32 && !(value & 1)) return fields;
         if (std::uint64_t{now.size} * now.count + bit > kMostBits) return fields;
-        const bool variable = !(value & 1) && (value & 2);  // the field is neither padding nor an array
+        const bool variable = !(value & 1) && (value & 2);  // true if the field is neither padding nor an array
         for (std::uint32_t i = 0; variable && i < now.count && fields.size() < kMostFields; ++i) {
           std::uint32_t usage = 0;
           if (has_range && usage_maximum >= usage_minimum) {
@@ -95,7 +95,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
           } else if (!usages.empty()) {
             usage = usages[std::min<std::size_t>(i, usages.size() - 1)];
           }
-          // If the minimum is not negative, a maximum that reads as negative is really unsigned (0xff is 255).
+          // If the minimum is not negative, the maximum is an unsigned number even if it looks negative (0xff is 255).
           const std::int32_t maximum = now.minimum >= 0 ? static_cast<std::int32_t>(now.maximum_raw & 0x7fffffff)
                                                         : sign_extend(now.maximum_raw, now.maximum_bytes);
           fields.push_back({usage, now.report_id, bit + i * now.size, now.size, now.minimum, maximum});
@@ -106,7 +106,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x90:
       case 0xb0:
       case 0xa0:
-      case 0xc0:  // items Output, Feature, Collection and End reset the local items
+      case 0xc0:  // after the items Output, Feature, Collection and End, the local items are reset
         usages.clear();
         has_range = false;
         usage_minimum = usage_maximum = 0;

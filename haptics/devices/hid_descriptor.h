@@ -1,4 +1,4 @@
-// Parses HID report descriptors as far as a pedal needs them: the bits of axes and buttons in each report.
+// Parses HID report descriptors. It finds the bits of axes and buttons in each report, which is enough for a pedal.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 namespace typodont::haptics {
 
 struct HidField {
-  std::uint32_t usage = 0;     // usage page << 16 | usage
-  std::uint8_t report_id = 0;  // 0: reports carry no id
-  std::uint32_t bit = 0;       // bit offset in the report, after its id
+  std::uint32_t usage = 0;  // meaning of the field: the usage page in the upper 16 bits, the usage in the lower 16 bits
+  std::uint8_t report_id = 0;  // 0 if the device's reports have no id
+  std::uint32_t bit = 0;       // position of the first bit in the report, counted after the report id
   std::uint32_t bits = 0;
-  std::int32_t minimum = 0, maximum = 0;  // logical range of the value
+  std::int32_t minimum = 0, maximum = 0;  // range of the value
 };
 
-/// All variable input fields, in order. Invalid input is safe: parsing stops at the first invalid item.
+/// Returns all variable input fields in order. Any input is allowed: parsing stops at the first invalid item.
 std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor);
 
-/// The field's value in a report; if reports have ids, the report begins with its id byte. Returns nothing if the
-/// report does not contain the field.
+/// Returns the value of a field in a report, or no value if the report does not contain the field. If the device uses
+/// report ids, the report begins with its id byte.
 std::optional<std::int32_t> field_value(const HidField& field, std::span<const std::uint8_t> report);
 
 }  // namespace typodont::haptics

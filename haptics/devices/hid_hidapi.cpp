@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Converts a device's strings for messages; characters outside ASCII become '?'.
+/// Converts a text of a device for messages. Characters outside ASCII become '?'.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-std::mutex hidapi_mutex;  // required because devices are reopened on separate threads
+std::mutex hidapi_mutex;  // hidapi may be used by one thread at a time, but devices are reopened on separate threads
 
 struct Closer {
   void operator()(hid_device* device) const { hid_close(device); }
@@ -32,7 +32,8 @@ class HidLink : public Link {
   HidLink(Descriptor own, hid_device* device) : own_(std::move(own)), device_(device) {}
 
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;  // hidapi waits only whole milliseconds
+    // `whole` in ms, because hidapi can wait only for whole milliseconds; `rest` in ns
+    const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;
     int n = hid_read_timeout(device_.get(), buffer.data(), buffer.size(), static_cast<int>(whole));
     if (n == 0 && rest > 0) {
       const timespec pause{0, rest};
@@ -41,8 +42,8 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Writes through our own descriptor of the same node, because hid_write() would store an error text on the heap.
-  // This function may be called by the watchdog while the servo is in hid_read_timeout(), or by a signal handler.
+  // Writes through a second descriptor of the same node, because hid_write() would allocate memory for an error text.
+  // The watchdog may call this function while the servo is in hid_read_timeout(), and signal handlers may call it.
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

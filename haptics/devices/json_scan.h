@@ -1,4 +1,4 @@
-// Reads a few numbers from JSON text in a real-time loop: no tree, no allocation, safe for any input.
+// Reads a few numbers from JSON text in a real-time loop. It builds no tree, never allocates, and accepts any input.
 #pragma once
 
 #include <array>
@@ -9,12 +9,13 @@
 
 namespace typodont::haptics {
 
-/// Text of a value inside a larger text. All functions return nothing if the value is missing or malformed.
+/// The text of one JSON value inside a larger text. All functions return no value if the requested value is missing or
+/// malformed.
 class JsonText {
  public:
   explicit JsonText(std::string_view text) : text_(text) {}
 
-  /// The value of a key of this object.
+  /// Returns the value of a key of this object.
   std::optional<JsonText> get(std::string_view key) const noexcept {
     std::size_t at = skip_space(0);
     if (at >= text_.size() || text_[at] != '{') return std::nullopt;
@@ -35,7 +36,7 @@ class JsonText {
       ++at;
     }
   }
-  /// The first element of this array.
+  /// Returns the first element of this array.
   std::optional<JsonText> first() const noexcept {
     std::size_t at = skip_space(0);
     if (at >= text_.size() || text_[at] != '[') return std::nullopt;
@@ -51,7 +52,7 @@ class JsonText {
     if (error != std::errc() || at != end || !std::isfinite(value)) return std::nullopt;
     return value;
   }
-  /// The string without quotes; escapes are not decoded.
+  /// Returns the string without its quotes. Escapes are not decoded.
   std::optional<std::string_view> string() const noexcept {
     if (text_.size() < 2 || text_.front() != '"') return std::nullopt;
     return text_.substr(1, text_.size() - 2);

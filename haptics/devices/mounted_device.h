@@ -1,4 +1,5 @@
-// Converts between a device's frames and the workbench: poses from the device's base to W, forces from W to the base.
+// Converts between the frames of a device and the workbench: poses from the device's base to W, and forces from W to
+// the device's base.
 #pragma once
 
 #include <memory>
@@ -7,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// Wraps a device with its frames. X_WH: pose of the device's base in the workbench. X_ST: pose of the tool's head
-/// relative to the stylus.
+/// Wraps a device in a device that works in frame W. X_WH is the pose of the device's base in the workbench, and X_ST
+/// the pose of the tool's head relative to the stylus.
 std::unique_ptr<HapticDevice> mount(std::unique_ptr<HapticDevice> device, const Pose& X_WH, const Pose& X_ST);
 
 }  // namespace typodont::haptics

@@ -15,7 +15,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// Order of preference of HID usages: simulation controls (accelerator, brake, clutch) first, then the generic axes.
+// HID usages in the order of preference. First come the controls of the simulation page (accelerator, brake, clutch),
+// then the generic axes.
 constexpr std::array<std::uint32_t, 11> kAxes{0x0200c4, 0x0200c5, 0x0200bb, 0x010030, 0x010031, 0x010032,
                                               0x010033, 0x010034, 0x010035, 0x010036, 0x010037};
 constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 5> kKeyboards{
@@ -45,7 +46,7 @@ class PedalHand : public HapticDevice {
 
  private:
   std::unique_ptr<HapticDevice> hand_;
-  std::unique_ptr<Pedal> pedal_;  // null while it is disconnected
+  std::unique_ptr<Pedal> pedal_;  // null while the pedal is disconnected
   std::optional<Reopener<Pedal>> reopener_;
 };
 
@@ -57,7 +58,7 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
     if (id == std::pair{vendor, product}) return PedalKind{PedalKind::Type::kKeyboard, {}};
   }
   if (vendor == 0x05f3 && product == 0x00ff) return PedalKind{PedalKind::Type::kInfinity, {}};
-  // A rheostat has an axis of the simulation page. Generic axes alone make a pedal only if the whole device has at most
+  // A rheostat has an axis of the simulation page. A device with only generic axes counts as a pedal if it has at most
   // three of them, which excludes joysticks and mice.
   const std::vector<HidField> fields = parse_descriptor(descriptor);
   std::size_t axes = 0;
@@ -75,7 +76,8 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report) {
   switch (kind.type) {
     case PedalKind::Type::kKeyboard:
-      // Boot keyboard report: modifiers, reserved, up to six keys; any key counts as the pedal.
+      // In a boot keyboard report, the keys follow a byte of modifiers and a reserved byte. Any pressed key counts as
+      // the pedal.
       if (report.size() < 3) return std::nullopt;
       return report[0] || std::any_of(report.begin() + 2, report.end(), [](std::uint8_t k) { return k != 0; }) ? 1 : 0;
     case PedalKind::Type::kInfinity:
@@ -93,7 +95,7 @@ std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::ui
 }
 
 double Pedal::value() noexcept {
-  for (int i = 0; i < 16 && !lost_; ++i) {  // reads on until the newest report
+  for (int i = 0; i < 16 && !lost_; ++i) {  // reads all queued reports, because only the newest one counts
     std::uint8_t buffer[64];
     const int n = link_->read(buffer, 0);
     if (n == 0) break;
@@ -110,7 +112,8 @@ double Pedal::value() noexcept {
 std::vector<FoundDevice> find_pedals() {
   std::vector<FoundDevice> pedals;
   for (const HidNode& node : enumerate_hid()) {
-    if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;  // the node is a mouse or a 6-DoF mouse
+    // this device is a mouse or a 6-DoF mouse
+    if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;
     const auto kind = pedal_kind(node.vendor, node.product, report_descriptor(node.path));
     if (!kind) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
@@ -129,7 +132,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      // an error is reported only for a pedal that was requested by name; otherwise the next pedal is tried
+      // An error is reported only if the user requested this pedal by name. Otherwise the next pedal is tried.
       if (!any) throw;
     }
   }

@@ -1,4 +1,4 @@
-// Foot pedals over HID: switches and rheostats that start the drill and control its speed.
+// Foot pedals with HID: switches and rheostats that start the drill and control its speed.
 #pragma once
 
 #include <functional>
@@ -14,23 +14,24 @@
 
 namespace typodont::haptics {
 
-/// Interpretation of a pedal's reports.
+/// States how the reports of a pedal must be interpreted.
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
-  HidField axis;            // the axis of a rheostat; valid for kAxis
-  double dead_band = 0.04;  // fraction of the axis's range, dead band at each end
+  HidField axis;            // the axis of a rheostat; valid only for kAxis
+  double dead_band = 0.04;  // width of the dead band at each end of the axis, as a fraction of the axis's range
 };
-/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nullopt for other devices.
+/// Recognises a known foot switch by its vendor and product numbers, or a rheostat by its report descriptor. Returns no
+/// value for other devices.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
-/// The pedal's value, 0..1; nullopt if the report contains no value of the pedal.
+/// Returns the pedal's value, from 0 (released) to 1, or no value if the report does not contain it.
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report);
 
-/// Used by the servo thread after set-up.
+/// An open pedal. After set-up, only the servo thread uses it.
 class Pedal {
  public:
   Pedal(std::unique_ptr<Link> link, PedalKind kind) : link_(std::move(link)), kind_(kind) {}
-  /// The newest value, without waiting. 0 if the pedal is disconnected.
+  /// Returns the newest value, from 0 (released) to 1, without waiting. It is 0 if the pedal is disconnected.
   double value() noexcept;
   bool lost() const noexcept { return lost_; }
 
@@ -42,11 +43,11 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// Opens a pedal. "auto" or "": the first pedal that can be opened, or null; otherwise `which` is a path or a serial
-/// number. Throws Error.
+/// Opens a pedal. If `which` is "auto" or "", it opens the first pedal that can be opened, or returns null. Otherwise
+/// `which` is a path or a serial number. Throws Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
-/// Combines a hand with a foot pedal: the combined value is the larger of the pedal's and the hand's own button.
-/// `open_again` reopens a pedal that was disconnected; empty: the pedal stays disconnected.
+/// Combines a hand with a foot pedal. The pedal value of the result is the larger one of the foot pedal's value and the
+/// hand's own button. `open_again` reopens a pedal that was disconnected; if it is empty, the pedal stays disconnected.
 std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
                                          std::function<std::unique_ptr<Pedal>()> open_again = {});
 

@@ -11,7 +11,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// m, limit of the motion of an arm at rest, a few encoder counts; a hand that holds it trembles more
+// Largest motion, in m, of an arm that counts as resting. It is a few encoder counts; a hand that holds the arm
+// trembles more.
 constexpr double kStill = 1e-4;
 
 }  // namespace
@@ -27,15 +28,15 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
   if (!options_.sleep_until) options_.sleep_until = [](Nanos t) { typodont::sleep_until(t); };
 }
 
-/// Runs on the reopener's thread. Throws while the device is missing.
+/// Opens the device on the thread of the reopener. Throws while the device is missing.
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
-    throw Error(info_.address, "", device->info().serial, info_.serial);  // the connected device is another one
+    throw Error(info_.address, "", device->info().serial, info_.serial);  // another device is connected
   }
   if (!info_.counts_from_rest) return device;
-  // The device counts from the pose in which it was opened, and this must be its home position. A device that a hand
-  // holds moves by more than kStill.
+  // The encoders count from the pose in which the device was opened, so this pose must be the home position. Therefore
+  // the device must rest. If a hand holds it, it moves by more than kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;
@@ -53,7 +54,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
   if (device_) {
     HandSample raw;
     if (device_->read(raw)) {
-      if (fresh_) {  // the new device's clock may have restarted
+      if (fresh_) {  // the clock of the new device may have restarted
         fresh_ = false;
         const Nanos t = options_.clock();
         if (!started_) began_ = t;
@@ -69,7 +70,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
     due_ = options_.clock();
     reopener_.want(std::move(device_));
   }
-  // While disconnected, time continues, and the hand stays at its last pose.
+  // While the device is disconnected, the time continues, and the hand stays at its last pose.
   due_ += from_seconds(1 / info_.rate);
   options_.sleep_until(due_);
   faults_ = bits(Fault::kDeviceLost);

@@ -1,7 +1,7 @@
-// A hand that may be disconnected and connected again during a session.
-// While it is disconnected, samples continue at its rate with the last pose, the pedal released and Fault::kDeviceLost.
-// A reconnected device goes through open_hand() like the first one, so its safety layer gives no force until the hand
-// is free of contact. Time counts from the first sample and continues across the gap.
+// A hand that may be disconnected and connected again during a session. While it is disconnected, samples continue at
+// its rate. They contain the last pose, a released pedal and Fault::kDeviceLost. A reconnected device is opened by
+// open_hand() like the first one, so its safety layer gives no force until the hand is free of contact. The time of the
+// samples counts from the first sample and continues while the device is disconnected.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@ namespace typodont::haptics {
 class ReconnectingDevice : public HapticDevice {
  public:
   struct Options {
-    std::function<Nanos()> clock;            // returns the present time; empty: now() is used
-    std::function<void(Nanos)> sleep_until;  // waits until a time; empty: the function sleep_until() is used
+    std::function<Nanos()> clock;            // returns the present time; if empty, now() is used
+    std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, sleep_until() is used
     std::chrono::milliseconds retry{500};
-    // ns, time for which a device must rest if its encoders count from the rest position
+    // Time in ns for which a device must rest if its encoders count from the rest position.
     Nanos rest = 2 * kNanosPerSecond;
   };
-  /// `open` throws while the device is missing.
+  /// `open` opens the device again. It throws while the device is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
                      Options options);
 
@@ -34,7 +34,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Used only by the servo thread: other threads and signal handlers call the inner safety layer directly.
+  /// Only the servo thread calls this function. Other threads and signal handlers call the inner safety layer directly.
   void release() noexcept override {
     if (device_) device_->release();
   }
@@ -44,14 +44,14 @@ class ReconnectingDevice : public HapticDevice {
 
   Options options_;
   std::function<std::unique_ptr<HapticDevice>()> open_;
-  std::unique_ptr<HapticDevice> device_;  // null while it is disconnected
+  std::unique_ptr<HapticDevice> device_;  // null while the device is disconnected
   DeviceInfo info_;
   HandSample last_;
   Nanos began_ = 0, offset_ = 0, due_ = 0;
   bool started_ = false, fresh_ = true;
   std::uint32_t faults_ = 0;
   std::uint32_t lost_events_ = 0;
-  Reopener<HapticDevice> reopener_;  // declared last: its thread uses the other members
+  Reopener<HapticDevice> reopener_;  // declared last, because its thread uses the other members
 };
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// Reopens a lost device on a separate thread, so that the servo never waits or allocates for it.
+// Reopens a lost device on a separate thread, because the servo must not wait or allocate memory.
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,13 @@
 
 namespace typodont::haptics {
 
-/// Use from one thread (the servo): pass the lost object to want(), then call take() until it returns a new one.
+/// Reopens an object of type T. One thread (the servo) uses it: it passes the lost object to want() and then calls
+/// take() until this returns a new object.
 template <class T>
 class Reopener {
  public:
-  /// `open` returns null or throws while the device is missing. It is tried twice per second.
+  /// `open` opens the object again. It returns null or throws while the device is missing, and is called twice per
+  /// second.
   explicit Reopener(std::function<std::unique_ptr<T>()> open,
                     std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
@@ -30,13 +32,13 @@ class Reopener {
   Reopener(const Reopener&) = delete;
   Reopener& operator=(const Reopener&) = delete;
 
-  /// Takes ownership of the lost object; the other thread closes it, because closing may block. Never blocks, never
-  /// allocates.
+  /// Takes ownership of the lost object and requests a new one. The other thread closes the lost object, because
+  /// closing may block. Never blocks, never allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    // deletes nothing normally, because a second want() follows only after a take()
+    // Normally there is nothing to delete, because want() is called again only after take() has returned an object.
     delete dead_.exchange(dead.release());
     wanted_.store(true);
-    wake_.notify_all();  // if the notification is lost, the thread checks periodically anyway
+    wake_.notify_all();  // if the notification is lost, the thread still checks regularly
   }
   std::unique_ptr<T> take() noexcept { return std::unique_ptr<T>(fresh_.exchange(nullptr)); }
 
@@ -63,7 +65,7 @@ class Reopener {
   std::condition_variable wake_;
   std::atomic<T*> dead_{nullptr}, fresh_{nullptr};
   std::atomic<bool> wanted_{false}, ending_{false};
-  std::thread thread_;  // declared last: it uses the other members
+  std::thread thread_;  // declared last, because the thread uses the other members
 };
 
 }  // namespace typodont::haptics

@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-// s, limit of the time between two samples; a longer gap means that the clock jumped or that the loop did not run
+// Largest plausible time in s between two samples. After a longer time, the clock has jumped or the loop did not run.
 constexpr double kLongestGap = 0.1;
-constexpr double kNoise = 5e-4;             // m, limit of the apparent motion of a hand at rest between two samples
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks while there is no force
+constexpr double kNoise = 5e-4;  // m, largest motion between two samples that noise can cause in a resting hand
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks of the watchdog while there is no force
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // true: devices that are opened later are stopped, too
+std::atomic<bool> all_stopped{false};  // if true, devices that are opened later must not give any force
 
 }  // namespace
 
@@ -46,11 +46,11 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     install_exit_guard();
     if (options_.watchdog_thread) {
       watchdog_ = std::thread([this] {
-        // The priority is above the servo's; this thread sleeps nearly always
+        // The thread has a higher priority than the servo, but sleeps nearly all the time.
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // The sleep never exceeds the planned time, even if the clock jumps.
+          // Even if the clock jumps, the sleep is not longer than planned.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -104,16 +104,15 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // The watchdog repeats the zero force until the servo has noticed the trip. So a force that the servo was just
-  // sending cannot stay.
+  // The watchdog sends zero force again and again until the servo has noticed the trip. So a force that the servo sent
+  // at the same time cannot remain.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // If the time of this check is before the last write (the clock was set back), this is as suspicious as a long time
-  // without a write.
+  // A last write in the future means that the clock was set back. This is treated like a long time without a write.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -131,7 +130,7 @@ bool SafeDevice::read(HandSample& sample) noexcept {
   }
   const Nanos away = options_.clock() - wrote_;
   if (gives_force_ && wrote_ != 0 && (tripped_.load() || away < 0 || away > from_seconds(options_.limits.silence))) {
-    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has already sent zero
+    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has already sent zero force
   }
   const double norm2 = glm::dot(raw.X_WT.R, raw.X_WT.R);
   const bool sound = is_finite(raw.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(raw.pedal);
@@ -149,7 +148,7 @@ bool SafeDevice::read(HandSample& sample) noexcept {
   if (!sound) {
     trip(SafetyEvent::kNotFinite);
     faults_ |= typodont::bits(Fault::kBadInput);
-    raw.X_WT = last_.X_WT;  // last known pose of the hand
+    raw.X_WT = last_.X_WT;  // the last known pose of the hand
     raw.pedal = 0;
   } else if (glm::length(raw.X_WT.p - last_.X_WT.p) > options_.limits.speed * std::max(dt_, 1 / info_.rate) + kNoise) {
     trip(SafetyEvent::kJump);
@@ -178,7 +177,8 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // Set before the force is sent, so that the watchdog sees the write even if this thread is stopped before the send.
+  // The time is stored before the force is sent. So the watchdog knows about the force even if this thread is stopped
+  // before it has sent the force.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
@@ -189,7 +189,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Checks whether the servo was late. The watchdog may have noticed the delay, or may have slept as well.
+  // Checks whether the servo was late. The watchdog may have detected this, but it may also have been delayed.
   const Nanos t = options_.clock();
   wrote_ = t;
   const Nanos since = t - last_write_.load();
@@ -204,13 +204,13 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // Enables the force after the hand was free of contact for some time.
+  // Enables the force after the hand was free of contact for the required time.
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time of observed motion; the motion in a longer gap was not observed
+    // time in s for which the hand's motion is known; it is unknown for the rest of a longer gap
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
@@ -225,7 +225,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
     gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
   }
 
-  // Limits of peak force, heat and slew rate. Each limit only reduces the force, so they do not conflict.
+  // Applies the limits of peak force, heat and slew rate. Each limit only makes the force smaller, so their order does
+  // not matter for safety.
   dvec3 f = f_T_W;
   dvec3 tau = tau_T_W;
   if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {
@@ -244,7 +245,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  const double dt = std::min(dt_, 5e-3);  // a late tick does not allow a larger step
+  const double dt = std::min(dt_, 5e-3);  // s; after a late tick, the force may not rise more than in 5 ms
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {
     note(SafetyEvent::kSlewLimit);

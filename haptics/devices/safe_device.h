@@ -5,9 +5,9 @@
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
-// A trip sends zero at once. The force returns only after the hand was free of contact for a while (the servo then
-// requests no force), and rises slowly. The drill stays off until the force returns and the pedal has been released
-// once.
+// After a fault ("trip"), zero force is sent at once. The force returns only after the hand was free of contact for a
+// while (the servo then requests no force), and it rises slowly. The drill stays off until the force returns and the
+// pedal has been released once.
 #pragma once
 
 #include <atomic>
@@ -25,9 +25,9 @@ class SafeDevice : public HapticDevice {
   struct Options {
     SafetyLimits limits;
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
-    std::function<Nanos()> clock;  // empty: now()
+    std::function<Nanos()> clock;  // returns the present time; if empty, now() is used
   };
-  /// Options with the limits that the device states. Also installs the exit guards (device_safety.h).
+  /// Returns options with the limits that the device states. Also installs the exit guards (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -35,7 +35,7 @@ class SafeDevice : public HapticDevice {
   SafeDevice(const SafeDevice&) = delete;
   SafeDevice& operator=(const SafeDevice&) = delete;
 
-  // Functions for the servo thread.
+  // The following functions are for the servo thread.
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override;
   void contact(bool touching) noexcept override { touching_ = touching; }
@@ -46,17 +46,17 @@ class SafeDevice : public HapticDevice {
   bool armed() const noexcept { return armed_; }
   double heat() const noexcept { return thermal_.heat; }
 
-  // Functions for any thread.
+  // The following functions are for any thread.
   void release() noexcept override;
-  /// The emergency key. The force ramps to zero within 15 ms. Force and drill then stay off until the emergency stop
-  /// is cleared.
+  /// Performs the emergency stop: the force falls to zero within 15 ms. Force and drill then stay off until the
+  /// emergency stop is cleared.
   void emergency_stop() noexcept { emergency_.store(true); }
   void clear_emergency() noexcept { emergency_.store(false); }
-  /// All events since the last call, as SafetyEvent bits.
+  /// Returns all events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// Checks the servo at time t; returns the time of the next check. The watchdog thread or a test calls this
-  /// function.
+  /// Checks at time t whether the servo still writes. Returns the time of the next check. The watchdog thread or a test
+  /// calls this function.
   Nanos watch(Nanos t) noexcept;
 
  private:
@@ -72,7 +72,7 @@ class SafeDevice : public HapticDevice {
   DeviceInfo info_;
   bool gives_force_;
 
-  // members used only by the servo thread
+  // Only the servo thread uses the following members.
   std::uint32_t faults_ = 0;
   bool started_ = false;
   bool read_once_ = false;
@@ -88,11 +88,11 @@ class SafeDevice : public HapticDevice {
   bool pedal_locked_ = true;
   double pedal_held_ = 0;
 
-  // members shared with the watchdog thread
+  // The servo thread and the watchdog thread use the following members.
   std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
-  std::atomic<bool> force_out_{false};  // the device may be applying a force
-  std::atomic<bool> tripped_{false};    // the watchdog tripped, and the servo has not yet seen it
+  std::atomic<bool> force_out_{false};  // true if the device may be applying a force
+  std::atomic<bool> tripped_{false};    // true if the watchdog tripped and the servo has not yet noticed it
   std::atomic<Nanos> last_write_{0};
   std::atomic<bool> ending_{false};
   std::thread watchdog_;

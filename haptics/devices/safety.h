@@ -1,4 +1,4 @@
-// Limits on the motors' effect on a hand: pure functions and small states that are tested individually.
+// Limits for the forces of the motors on a hand. The functions and small classes are tested individually.
 #pragma once
 
 #include <cmath>
@@ -9,46 +9,49 @@
 namespace typodont::haptics {
 
 struct SafetyLimits {
-  double force = 5;          // N, peak
-  double torque = 0;         // N·m, peak
-  double continuous = 0;     // N, force that the motors can give permanently; 0: the same as the peak
-  double thermal_time = 30;  // s, time constant of the windings
-  // N/s, slew limit: full force in a few ms. For comparison: at 1 m/s, a contact of 2 N/mm rises by 2000 N/s
+  double force = 5;          // N, peak force
+  double torque = 0;         // N·m, peak torque
+  double continuous = 0;     // N, force that the motors can give permanently; 0 if it equals the peak force
+  double thermal_time = 30;  // s, thermal time constant of the motor windings
+  // Slew limit in N/s, with which the full force is possible after a few ms. For comparison: if a hand that moves at 1
+  // m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
-  double torque_slew = 40;   // N·m/s, slew limit
-  double speed = 3;          // m/s, speed limit of the hand: a higher speed indicates a broken encoder or a runaway arm
+  double torque_slew = 40;  // N·m/s, slew limit of the torque
+  // m/s, speed limit of the hand; a higher speed means that an encoder is broken or the arm is out of control
+  double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises after it was enabled
-  double ramp_out = 0.015;   // s, time in which an emergency stop reduces the force to zero; must be below 20 ms
-  double free_force = 0.02;  // N, limit: with a smaller model force, the hand counts as free of contact
-  double free_time = 0.05;   // s, time for which the hand must be free of contact before force is enabled again
-  double silence = 1.8e-3;   // s, time without a write after which the watchdog sends zero
+  double ramp_out = 0.015;   // s, time in which an emergency stop reduces the force to zero; it must be less than 20 ms
+  double free_force = 0.02;  // N; the hand counts as free of contact if the model force is smaller than this
+  double free_time = 0.05;   // s, time for which the hand must be free of contact before the force is enabled again
+  double silence = 1.8e-3;   // s, time without a write after which the watchdog sends zero force
   double pedal_time = 120;   // s, time after which a pressed pedal counts as stuck
 };
 
 using typodont::bits;
 using typodont::SafetyEvent;
 
-/// Limits the length of v and keeps its direction.
+/// Shortens v to the length `limit` if it is longer, and keeps its direction.
 inline dvec3 clip_length(const dvec3& v, double limit) {
   const double length = glm::length(v);
   return length > limit ? v * (limit / length) : v;
 }
 
-/// Moves from `last` towards `wanted`. An increase and a rotation are limited to `step`; a decrease is never delayed.
-/// The result is never longer than `wanted`, so a limit that `wanted` satisfies stays satisfied.
+/// Returns the force after one step from `last` towards `wanted`. An increase or a change of direction is limited to
+/// `step`; a decrease is not limited. The result is never longer than `wanted`, so limits that `wanted` satisfies are
+/// still satisfied.
 inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   const double was = glm::length(last), is = glm::length(wanted);
   const dvec3 start = was > is ? last * (is / was) : last;
   return start + clip_length(wanted - start, step);
 }
 
-/// The motor windings as one first-order body heated by the square of the force. 1 is the limit: the steady state at
-/// the continuous force.
+/// Thermal model of the motor windings: one body whose heating is proportional to the square of the force. `heat` is 1
+/// at the limit, which is the steady state at the continuous force.
 struct ThermalModel {
   double heat = 0;
 
-  /// Largest force allowed now, N: the peak while the motors are cool; above 90 % heat the value decreases to the
-  /// continuous force.
+  /// Largest force, in N, that is allowed now. It is the peak force while the motors are cool. Above a heat of 0.9 it
+  /// decreases to the continuous force.
   double allowed(const SafetyLimits& limits) const {
     if (limits.continuous <= 0 || limits.continuous >= limits.force) return limits.force;
     const double fade = glm::clamp((1 - heat) / 0.1, 0.0, 1.0);
@@ -57,7 +60,8 @@ struct ThermalModel {
   void add(double force, double dt, const SafetyLimits& limits) {
     if (limits.continuous <= 0) return;
     const double load = force / limits.continuous;
-    heat = load * load + (heat - load * load) * std::exp(-dt / limits.thermal_time);  // exact for a constant force
+    // this formula is exact for a constant force
+    heat = load * load + (heat - load * load) * std::exp(-dt / limits.thermal_time);
   }
 };
 

@@ -17,7 +17,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Index of a tool by its name or number; NaN if no tool matches. If no names are given, any index is accepted.
+/// Returns the index of a tool from its name or number, or NaN if no tool matches. If there are no names, any number is
+/// accepted.
 double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
   const auto named = std::find(tools.begin(), tools.end(), cell);
   if (named != tools.end()) return static_cast<double>(named - tools.begin());
@@ -75,7 +76,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     for (int axis = 0; axis < 3; ++axis) {
       if (push[axis] < 0) continue;
       const double f = value(push[axis]);
-      out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell means no push
+      out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell means that there is no push
     }
     if (tool >= 0) out.tool = static_cast<std::uint32_t>(value(tool));
     path.rows.push_back(out);
@@ -85,7 +86,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 
 namespace {
 
-/// The clock of a scripted hand: sample i is due at i / rate.
+/// The clock of a scripted hand. Sample i is due at the time i / rate.
 class Ticker {
  public:
   Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
@@ -127,7 +128,7 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// Finds the file of the path that HAND.json names, relative to HAND.json.
+/// Returns the file of the path that HAND.json names. The name is relative to the folder of HAND.json.
 std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
   const std::filesystem::path path = json["path"].string();
   return path.is_relative() ? file.parent_path() / path : path;
@@ -149,9 +150,10 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Each step consists of four substeps with an implicit coupling to the path, so it is stable for every
-      // stiffness and rate. The displacement uses the mean of old and new velocity, which is exact for a constant
-      // force. So the hand's stability limit against a wall equals the theoretical one.
+      // Each step consists of four substeps. The spring to the path is integrated implicitly, so the simulation is
+      // stable for every stiffness and rate. The displacement is computed from the mean of the old and the new
+      // velocity, which is exact for a constant force. So the hand's stability limit at a wall equals the theoretical
+      // limit.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

@@ -1,6 +1,6 @@
-// Lists devices that need a vendor's library. These devices identify themselves only while they are open. So each
-// device is opened briefly, one after the other, and its description is cached. None is opened while this process
-// uses a device of the same library; that device reports its own description.
+// Lists devices that need the library of a vendor. Such a device identifies itself only while it is open. So each
+// device is opened briefly, one after the other, and its description is stored. While this process uses a device of a
+// library, no device of this library is opened; the device in use reports its own description.
 #pragma once
 
 #include <functional>
@@ -15,18 +15,19 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// `plain`: the data known without opening. `ask` opens device i, describes it and closes it again. If `ask` fails,
-  /// the entry says that access is not permitted, and the next call tries again. Throws what `ask` throws.
+  /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
+  /// describes it and closes it again. If `ask` reports that it failed, the entry states that access is not permitted,
+  /// and the next call tries again. Exceptions of `ask` are passed on.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
-  /// Exists while a device of the library is open in this process.
+  /// An object of this class exists while this process has a device of the library open.
   class Use {
    public:
     explicit Use(VendorDevices& devices);
     ~Use();
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
-    /// Stores the description that the device gave when it was opened.
+    /// Stores the description that the device reported when it was opened.
     void is(const FoundDevice& device);
 
    private:
@@ -36,9 +37,9 @@ class VendorDevices {
  private:
   std::mutex mutex_;
   int in_use_ = 0;
-  // number of devices at the last search; if it changes, addresses may refer to other devices
+  // Number of devices at the last search. If the number changes, an address may mean another device.
   std::size_t plugged_in_ = 0;
-  std::map<std::string, FoundDevice> known_;  // descriptions of the known devices, by address
+  std::map<std::string, FoundDevice> known_;  // descriptions of the known devices by address
 };
 
 }  // namespace typodont::haptics

@@ -19,7 +19,8 @@ VendorLibrary::VendorLibrary(std::initializer_list<const char*> names, const std
   throw Error(tried, "", "not installed", what_to_install);
 }
 
-// The library is deliberately never closed, because vendors' libraries start threads that outlive the last handle.
+// The destructor does not close the library, because libraries of vendors start threads that continue to run after the
+// last handle was closed.
 VendorLibrary::~VendorLibrary() = default;
 
 bool VendorLibrary::present(std::initializer_list<const char*> names) {

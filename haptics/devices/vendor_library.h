@@ -1,4 +1,4 @@
-// A vendor's library, loaded at run time if the user has installed it; never linked or shipped.
+// A library of a vendor that is loaded at run time if the user has installed it. It is never linked or shipped.
 #pragma once
 
 #include <initializer_list>
@@ -8,7 +8,8 @@ namespace typodont::haptics {
 
 class VendorLibrary {
  public:
-  /// Opens the first of the named libraries that exists. Throws Error that says what to install.
+  /// Opens the first library in the list `names` that exists. If there is none, throws an Error that states what to
+  /// install.
   VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install);
   VendorLibrary(const VendorLibrary&) = delete;
   VendorLibrary& operator=(const VendorLibrary&) = delete;
@@ -16,12 +17,12 @@ class VendorLibrary {
 
   static bool present(std::initializer_list<const char*> names);
 
-  /// Returns a function of the library. Throws Error naming the library if it lacks the function.
+  /// Returns a function of the library. Throws an Error that names the library if it does not have the function.
   template <class F>
   void get(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, true));
   }
-  /// Returns a function of the library; nullptr if the library lacks it.
+  /// Returns a function of the library, or nullptr if the library does not have it.
   template <class F>
   void find(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, false));

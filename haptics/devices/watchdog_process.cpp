@@ -20,7 +20,8 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  std::array<std::uint8_t, 320> bytes{};  // commands to send; large enough for a frame to a WebSocket service
+  // commands to send; the array is large enough for a frame to a WebSocket service
+  std::array<std::uint8_t, 320> bytes{};
   std::size_t size = 0;
 };
 
@@ -49,36 +50,37 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     return;
   }
 
-  // The code below runs in the child. The parent may have threads, so the child may only make system calls.
-  ::setsid();  // protects from Ctrl-C and Ctrl-Z of the parent's terminal
+  // The following code runs in the child process. The parent may have several threads, so the child may make only
+  // system calls.
+  ::setsid();  // Ctrl-C and Ctrl-Z on the parent's terminal then do not reach the child
   ::prctl(PR_SET_NAME, "typodont-keeper");
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  // Close all descriptors except those of the device and the pipe, so that the parent's files really close when it
-  // ends.
+  // Closes all descriptors except those of the device and of the pipe. Otherwise the files of the parent would stay
+  // open after it ends.
   const int low = std::min(descriptor, ends[0]), high = std::max(descriptor, ends[0]);
   if (low > 0) ::close_range(0, static_cast<unsigned>(low - 1), 0);
   if (high > low + 1) ::close_range(static_cast<unsigned>(low + 1), static_cast<unsigned>(high - 1), 0);
   ::close_range(static_cast<unsigned>(high + 1), ~0u, 0);
   sched_param priority{};
   priority.sched_priority = 85;
-  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // fails without a message if the permission is missing
+  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  Nanos silent_since = -1;  // time of the last write after which zero force was sent; -1: none
+  Nanos silent_since = -1;  // ns, time of the last write for which zero force was already sent; -1 if there is none
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
     const bool force = shared_->force_out.load(std::memory_order_acquire);
     const int ready = ::poll(&parent, 1, force ? 2 : 10);
     if (ready < 0 && errno == EINTR) continue;
-    if (ready != 0) break;  // the parent has ended or has closed the device
+    if (ready != 0) break;  // the parent process has ended, or it has closed the device
     const Nanos last = shared_->last_write.load(std::memory_order_relaxed);
     if (!force || monotonic() - last < kSilence || last == silent_since) continue;
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // A parent that ended normally has sent zero itself; sending it again is harmless. A full queue may refuse the
-  // first write.
+  // If the parent ended normally, it has sent zero force itself; a second command does no harm. The loop is needed
+  // because a full queue may refuse the first write.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};

@@ -1,8 +1,8 @@
-// A second process that keeps the device open and sends zero force if the program is killed or stopped.
-// device_safety.h covers every end that a program can handle. But SIGKILL, the kernel's out-of-memory killer and
-// SIGSTOP cannot be handled. Without a watchdog process, the last force would then stay until the device's own
-// watchdog ends it (0.5 s on the open-hardware arms; unknown behind a service). The watchdog process is a child
-// process that waits until its parent ends or stops writing, and then writes the command for zero force.
+// A second process that sends zero force if the program is killed or stopped. device_safety.h handles every end that a
+// program can handle itself. But a program cannot handle SIGKILL, SIGSTOP or the kernel's out-of-memory killer. Then
+// the last force would stay until the device's own watchdog ends it (0.5 s on the open-hardware arms; unknown behind a
+// service). The watchdog process is a child process that keeps the device open. It waits until its parent ends or stops
+// writing, and then writes the command for zero force.
 #pragma once
 
 #include <sys/types.h>
@@ -17,26 +17,26 @@ namespace typodont::haptics {
 
 class WatchdogProcess {
  public:
-  /// Set-up time. `descriptor`: descriptor of the open device; the child keeps it open. Negative: no watchdog process
-  /// is started (simulated links). `zero`: the bytes to write. If no process can be created, there is no watchdog
-  /// process, and running() returns false.
+  /// Starts the child process at set-up time. `descriptor` is the descriptor of the open device, which the child keeps
+  /// open. If it is negative (simulated links), no child is started. `zero` contains the bytes of the command for zero
+  /// force. If no process can be created, running() returns false.
   WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero);
-  /// Ends the child. Call after zero force was sent.
+  /// Ends the child process. Call after zero force was sent.
   ~WatchdogProcess();
   WatchdogProcess(const WatchdogProcess&) = delete;
   WatchdogProcess& operator=(const WatchdogProcess&) = delete;
 
   bool running() const noexcept { return child_ > 0; }
   pid_t child() const noexcept { return child_; }
-  /// Call with every write to the device. Any thread, any signal handler.
+  /// Records a write to the device. Call with every write. Any thread and any signal handler may call it.
   void note_write(bool force, Nanos t) noexcept {
     if (!shared_) return;
     shared_->last_write.store(t, std::memory_order_relaxed);
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  // ns, limit of the time without a write while a force is on; five times the watchdog's timeout, because this
-  // process only covers a parent that no longer runs
+  // Time in ns without a write, while a force is on, after which the child sends zero force. It is five times the time
+  // of the watchdog thread, because the child is only needed if the parent no longer runs.
   static constexpr Nanos kSilence = 10'000'000;
 
  private:
@@ -49,7 +49,7 @@ class WatchdogProcess {
 
   Shared* shared_ = nullptr;
   pid_t child_ = -1;
-  int alive_ = -1;  // our end of a pipe; the child detects when this end closes
+  int alive_ = -1;  // our end of a pipe; the child detects when it is closed
 };
 
 }  // namespace typodont::haptics

@@ -49,7 +49,7 @@ WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const 
   if (!head.starts_with("HTTP/1.1 101") || accept != websocket_accept(key)) {
     throw Error(host, "", head.substr(0, head.find("\r\n")), "a WebSocket server that accepts our key");
   }
-  end_ = answer.size() - (head_end + 4);  // frames may follow in the packet that contains the answer
+  end_ = answer.size() - (head_end + 4);  // the packet with the answer may also contain the first frames
   std::memcpy(in_.data(), answer.data() + head_end + 4, end_);
 }
 
@@ -65,8 +65,8 @@ WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload)
     frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
-  // Clients must mask frames (RFC 6455, 5.3) to protect web proxies. On one computer there is no proxy, so the clock
-  // is random enough as a mask.
+  // Clients must mask their frames with random bits to protect web proxies (RFC 6455, 5.3). There is no proxy within
+  // one computer, so the clock is random enough.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {
@@ -96,7 +96,7 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
     if (have < 2) return Parsed::kMore;
     const bool last = p[0] & 0x80;
     const std::uint8_t opcode = p[0] & 0x0f;
-    // these bits are invalid: extensions were not requested, and servers never mask
+    // These bits are invalid, because no extensions were requested and servers never mask their frames.
     if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;
     std::uint64_t size = p[1] & 0x7f;
     std::size_t head = 2;
@@ -133,7 +133,7 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
       case 0xA:
         break;
       default:
-        return Parsed::kBroken;  // a close frame or an invalid one
+        return Parsed::kBroken;  // a frame that closes the connection, or an invalid frame
     }
   }
 }
@@ -162,7 +162,7 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       end_ -= begin_;
       begin_ = 0;
     }
-    // The buffer is twice as long as the longest message, so a frame that fills the buffer was refused above.
+    // The buffer has twice the length of the longest message, so a longer frame was already refused above.
     if (broken_.load()) return Got::kLost;
     const Nanos left = std::min(until - link_->now(), timeout);
     if (read && left <= 0) return Got::kNothing;

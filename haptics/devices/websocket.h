@@ -1,4 +1,5 @@
-// A small WebSocket client (RFC 6455) for local services: text messages, no extensions, fixed buffers.
+// A small WebSocket client (RFC 6455) for services on this computer. It supports text messages without extensions and
+// has buffers of fixed size.
 #pragma once
 
 #include <array>
@@ -17,21 +18,21 @@ class WebSocket {
  public:
   static constexpr std::size_t kLongestMessage = 1 << 16;
 
-  /// Does the handshake; throws Error naming `host`.
+  /// Performs the handshake. Throws an Error that names `host`.
   WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
 
   enum class Got { kMessage, kNothing, kLost };
-  /// Gets the next complete text message, which is valid until the next call. Returns kNothing if no message came
-  /// within `timeout` (0: only data that has already arrived is used). Answers the newest ping once (RFC 6455,
-  /// 5.5.3). A close, an overlong message or an invalid frame counts as a lost connection. Servo thread; never
-  /// allocates.
+  /// Waits up to `timeout` (ns) for the next complete text message, which is valid until the next call. Returns
+  /// kNothing if no message came; with a timeout of 0, only data that has already arrived is used. Answers the newest
+  /// ping once (RFC 6455, 5.5.3). A closing frame, a message that is too long or an invalid frame counts as a lost
+  /// connection. Servo thread; never allocates.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
   static constexpr std::size_t kLongestSent = 1000;
-  /// Sends one frame in one call. Any thread or signal handler; at most kLongestSent bytes. If a frame cannot be sent
-  /// completely, the connection counts as lost.
+  /// Sends a text as one frame with one system call. The text may have at most kLongestSent bytes. Any thread or signal
+  /// handler may call it. If the frame cannot be sent completely, the connection counts as lost.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
-  /// The text as a complete frame, for a watchdog process (watchdog_process.h).
+  /// Returns the text as a complete frame, which a watchdog process (watchdog_process.h) can send.
   std::vector<std::uint8_t> frame_of(std::string_view text);
   int descriptor() const noexcept { return link_->descriptor(); }
 
@@ -47,15 +48,15 @@ class WebSocket {
   void answer_ping() noexcept;
 
   std::unique_ptr<Link> link_;
-  std::vector<std::uint8_t> in_;  // received bytes that are not yet parsed: [begin_, end_)
+  std::vector<std::uint8_t> in_;  // received bytes; those in [begin_, end_) are not yet parsed
   std::size_t begin_ = 0, end_ = 0;
-  std::vector<char> message_;  // joined fragments of a message
+  std::vector<char> message_;  // the joined fragments of a message
   std::size_t length_ = 0;
   bool in_message_ = false;
   static constexpr std::size_t kLongestPing = 125;
-  std::array<char, kLongestPing> ping_{};  // content of the newest ping without an answer
+  std::array<char, kLongestPing> ping_{};  // content of the newest ping that was not yet answered
   std::size_t ping_size_ = 0;
-  bool pinged_ = false;  // true: ping_ contains a ping without an answer
+  bool pinged_ = false;  // true if ping_ contains a ping that was not yet answered
   std::atomic<bool> broken_{false};
 };
 

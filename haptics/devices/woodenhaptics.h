@@ -1,4 +1,4 @@
-// WoodenHaptics and Polhem arms over any link. open_hand() adds the safety layer.
+// Hands with WoodenHaptics or Polhem arms over any link. open_hand() adds the safety layer.
 #pragma once
 
 #include <memory>
@@ -10,17 +10,17 @@
 
 namespace typodont::haptics {
 
-/// Result of the first contact with a board: its protocol. An HID board is recognised by the length of its reports, a
-/// serial board by its lines.
+/// What was learned about a board at the first contact. The protocol of a HID board is recognised by the length of its
+/// reports, and that of a serial board by its lines.
 struct ArmHello {
   ArmProtocol protocol = ArmProtocol::kHidV1;
-  int model = 0;  // number of the model, as the board reports it; 0: the board reports none
+  int model = 0;  // number of the arm's model that the board reports; 0 if it reports none
 };
-/// Wakes the board. Throws Error naming `where` if no valid answer arrives within a second.
+/// Makes the first contact with a board. Throws an Error that names `where` if no valid answer comes within a second.
 ArmHello greet_arm(Link& link, bool serial, const std::string& where);
 
-/// Makes the hand of an arm. The arm must rest in its home position, where its encoders start. The calibration button
-/// homes it again.
+/// Makes the hand of an arm. The arm must rest in its home position, where its encoders begin to count. The calibration
+/// button defines the home position again.
 std::unique_ptr<HapticDevice> make_arm_device(std::unique_ptr<Link> link, ArmProtocol protocol, Arm arm,
                                               DeviceInfo identity);
 

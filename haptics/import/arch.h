@@ -1,4 +1,4 @@
-// The surface of an intraoral scan, repaired and closed. Set-up time; throws Error.
+// Reads the surface of an intraoral scan, repairs it and closes it. Set-up time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,15 @@
 namespace typodont::haptics::importing {
 
 struct ArchSurface {
-  Mesh mesh;  // closed; the triangles face outward
-  // number of triangles of the scan and of its closed holes; the base's triangles follow in the mesh
+  Mesh mesh;  // a closed mesh whose triangles face outward
+  // Number of triangles that come from the scan or close its holes. The triangles of the base follow them in the mesh.
   std::size_t scanned = 0;
-  dvec3 up{0, 0, 1};                 // unit vector from the border to the surface
-  std::vector<std::string> repairs;  // repairs of the mesh, as texts for the user
+  dvec3 up{0, 0, 1};                 // unit vector that points from the border of the scan towards its surface
+  std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
 };
 
-/// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added under
-/// the longest border. Only the option mesh_unit is used.
+/// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added below
+/// the longest border. The function uses only the option mesh_unit.
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

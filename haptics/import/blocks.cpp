@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// Copies the samples lo .. lo + n − 1 in each direction, z fastest. Outside the box, the value at its border is used.
+// Copies the samples from lo to lo + n − 1 on each axis; z is the fastest index. A sample outside the box gets the
+// value of the nearest sample of the box.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -28,7 +29,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // The run ends at the end of the block; outside the box it has one sample.
+        // The run ends at the end of the block. Outside the box, a run has only one sample.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
@@ -44,7 +45,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
 
 struct Kernel {
   int reach;
-  std::vector<float> weight;  // weights by distance from the centre, 0 to `reach`
+  std::vector<float> weight;  // weights of the kernel at the distances 0 to `reach` from its centre
   explicit Kernel(double sigma) : reach(std::max(1, static_cast<int>(std::ceil(3.5 * sigma)))) {
     double sum = 0;
     for (int k = -reach; k <= reach; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
@@ -53,7 +54,7 @@ struct Kernel {
   }
 };
 
-// Smooths one block. `a` and `b` are buffers that stay allocated between blocks.
+// Smooths one block. `a` and `b` are buffers that are allocated once and used for all blocks.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -63,7 +64,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // Computes weighted sums of samples at multiples of `stride`, for `length` contiguous results.
+  // Computes `length` weighted sums. Their samples are `stride` apart in memory, and the results are contiguous.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {
@@ -128,9 +129,9 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Flood fill over samples. It passes in one step through whole blocks: blocks that are not stored and, for connection
-// over faces, blocks whose samples are all in the mask. An entry of the stack is the index of a sample, or −1 − index
-// of a block.
+// Finds the samples of a mask that are connected to given samples (flood fill). The fill passes through a whole block
+// in one step if the block is not stored, or if all its samples are in the mask and connections pass only over faces.
+// An entry of the stack is the index of a sample, or −1 minus the index of a block.
 template <class Label>
 class Spread {
  public:
@@ -153,7 +154,7 @@ class Spread {
     }
   }
 
-  /// Visits a sample, or its block if the block is not stored.
+  /// Visits a sample. If the sample's block is not stored, the whole block is visited.
   void visit(const glm::ivec3& p, Label id) {
     const std::ptrdiff_t i = label_.index(p);
     if (i >= 0) {
@@ -174,7 +175,7 @@ class Spread {
     }
   }
 
-  /// Visits everything connected to the visited samples. Returns the number of samples.
+  /// Visits everything that is connected to the visited samples. Returns the number of visited samples.
   std::size_t run(Label id) {
     std::size_t count = 0;
     while (!stack_.empty()) {
@@ -217,7 +218,7 @@ class Spread {
   const BlockSet& set_;
   Sparse<Label>& label_;
   std::vector<Label>& block_label_;
-  std::vector<std::uint8_t> whole_;  // true: all samples of this stored block are in the mask
+  std::vector<std::uint8_t> whole_;  // for each stored block: true if all its samples are in the mask
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
 };
@@ -342,7 +343,8 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // Inner products of Gaussians: their variances add, and the value at the centre is (2π·variance)^(−3/2).
+  // The norm of the kernel needs the integrals of products of two Gaussians. Such an integral is the value
+  // (2π·variance)^(−3/2) at the centre of a Gaussian whose variance is the sum of the two variances.
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
@@ -414,7 +416,8 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
 }
 
 Bodies find_bodies(const Mask& mask) {
-  // Runs of voxels along z, joined if they touch in neighbouring rows (union–find).
+  // A row of neighbouring voxels of the mask along z. Runs that touch each other are joined to one component
+  // (union–find).
   struct Run {
     int x, y, begin, end;
   };

@@ -1,4 +1,4 @@
-// Arrays of samples that are stored only near a body, so that memory is proportional to the body, not to its box.
+// Arrays that store samples only near a body. So the memory is proportional to the body and not to the box around it.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -13,20 +13,22 @@
 
 namespace typodont::haptics::importing {
 
-/// The blocks of 16³ samples of a box that are stored. A block that is not stored lies wholly outside the body or
-/// wholly inside it.
+/// The set of those blocks of 16³ samples of a box that are stored. A block that is not stored lies completely outside
+/// or completely inside the body.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
   static constexpr std::int32_t kOutside = -1, kInside = -2;
 
-  glm::ivec3 size{0};              // size of the box in samples
-  glm::ivec3 count{0};             // size of the box in blocks
-  std::vector<std::int32_t> slot;  // per block, z fastest: its index among the stored blocks, kOutside or kInside
-  std::vector<glm::ivec3> first;   // first sample of each stored block
+  glm::ivec3 size{0};   // size of the box in samples
+  glm::ivec3 count{0};  // size of the box in blocks
+  // for each block of the box (z fastest): its index among the stored blocks, or kOutside, or kInside
+  std::vector<std::int32_t> slot;
+  std::vector<glm::ivec3> first;  // position of the first sample of each stored block
 
   BlockSet() = default;
-  /// `wanted`: one byte per block, z fastest; nonzero: the block is stored.
+  /// Makes the set. `wanted` has one byte for each block of the box (z fastest); a block is stored if its byte is not
+  /// zero.
   BlockSet(const glm::ivec3& size, const std::vector<std::uint8_t>& wanted);
   static glm::ivec3 blocks_of(const glm::ivec3& size) { return (size + kEdge - 1) / kEdge; }
 
@@ -42,18 +44,18 @@ struct BlockSet {
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
-  /// Position of the stored sample with index i.
+  /// Position in the box of the stored sample with index i.
   glm::ivec3 place(std::size_t i) const {
     const auto k = static_cast<int>(i % kSamples);
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
   }
 };
 
-/// Returns the marked blocks and all blocks that touch them.
+/// Returns the marked blocks and all blocks that touch a marked block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialize elements, so that the first write to a page comes from the thread that uses
-/// it.
+/// An allocator that does not initialise elements. So the thread that will use a page of memory is also the first
+/// thread that writes to it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -70,7 +72,8 @@ struct NoInitialValue : std::allocator<T> {
   }
 };
 
-/// One value per sample of the stored blocks, one value for all blocks outside, and one for all blocks inside.
+/// A sparse array of values. It has one value for each sample of the stored blocks, one common value for all samples
+/// outside the body, and one for all samples inside.
 template <class T>
 struct Sparse {
   std::shared_ptr<const BlockSet> set;
@@ -88,7 +91,7 @@ struct Sparse {
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
-  /// Index of a sample of the box among the stored samples; negative if it is not stored.
+  /// Index, among the stored samples, of the sample at position p; negative if this sample is not stored.
   std::ptrdiff_t index(const glm::ivec3& p) const {
     const std::int32_t slot = set->slot[set->block(p)];
     return slot < 0
@@ -104,7 +107,7 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// Calls work(position, index) for every stored sample, block by block on all cores.
+/// Calls work(position, index) for every stored sample, block by block on all processor cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
   tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
@@ -118,7 +121,7 @@ void for_each_sample(const BlockSet& set, Work work) {
   });
 }
 
-/// The mask of the samples for which test(index, position) is true.
+/// Makes a mask of the samples for which test(index, position) is true.
 template <class Test>
 SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool inside, Test test) {
   SparseMask mask(set, outside, inside);
@@ -126,58 +129,65 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// Trilinear and tricubic interpolation. Outside the box, the value at its border is used.
+/// Values between the samples, by trilinear and by tricubic interpolation. Outside the box, the value at the nearest
+/// point of the box is used.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// Gaussian smoothing with `sigma` voxels, only in the stored blocks.
+/// Smooths with a Gaussian of the standard deviation `sigma` (voxels). Only samples in stored blocks are computed.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Smoothing with the kernel (1 + c) G − c G·G, where c = 1 + (blur / sigma)²; its second moment is −blur². It
-/// reduces noise. To second order it also corrects curved iso-surfaces, which a Gaussian `blur` (voxels) displaced by
-/// blur²·(mean curvature). c is limited to 3, because of the noise.
+/// Smooths with the kernel (1 + c) G − c G·G, where G is a Gaussian of `sigma` (voxels) and c = 1 + (blur / sigma)².
+/// This reduces noise. It also moves curved iso-surfaces back, which the scan's blur (a Gaussian with the standard
+/// deviation `blur`, voxels) displaced by blur²·(mean curvature), because the second moment of the kernel is −blur².
+/// The correction is exact to second order. c is limited to 3, because a larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Factor by which smooth_in_place() reduces white noise: the norm of its kernel.
+/// Factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the kernel.
 double noise_left(double sigma, double blur);
 
-/// One byte per block of the box, z fastest: 1 if any sample of g, smoothed by a Gaussian of `sigma`, exceeds `bound`.
+/// Marks each block of the box (one byte per block, z fastest) that has a sample above `bound` after g was smoothed by
+/// a Gaussian of `sigma` (voxels).
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// The smallest value in the ball of `radius` voxels (or the largest, for ball_max), at the samples set in `wanted`;
-/// other samples keep their values.
+/// For each sample in `wanted`, the smallest value (ball_max: the largest value) in a ball of `radius` voxels around
+/// it. Other samples keep their values.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// Squared distance, in voxels, to the nearest sample set in `mask`; a very large value if it is farther than `reach`
-/// along an axis.
+/// Squared distance, in voxels, from each sample to the nearest sample in `mask`. The value is very large if this
+/// sample is farther away than `reach` voxels along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
-/// Connected components (over faces) of a dense mask.
+/// The connected components of a dense mask. Samples are connected over faces.
 struct Bodies {
-  std::vector<std::size_t> voxels;  // size of each component
-  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest component, inclusive; lo > hi if there is none
+  std::vector<std::size_t> voxels;  // number of voxels of each component
+  // first and last sample of the largest component's bounding box; lo > hi if there is no component
+  glm::ivec3 lo{0}, hi{-1};
 };
 Bodies find_bodies(const Mask& mask);
 
-/// Fraction of the box's samples that lie in blocks with samples of the mask, or in neighbours of such blocks.
+/// Fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {
-  Sparse<std::int32_t> label;       // 0: not in the mask; 1, 2, …; undefined in blocks that are not stored
-  std::vector<std::size_t> voxels;  // size of component i; [0] is not used
-  std::int32_t largest() const;     // 0 if there is none
+  // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask; undefined in blocks that are not
+  // stored
+  Sparse<std::int32_t> label;
+  std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
+  std::int32_t largest() const;     // number of the largest component; 0 if there is none
 };
-/// Connected components over faces (6 neighbours), or also over edges and corners (26 neighbours; blocks that are not
-/// stored are always connected over faces).
+/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
+/// over edges and corners (26 neighbours). Blocks that are not stored are always connected over faces.
 SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  std::vector<std::uint8_t> blocks;  // for each block that is not stored, indexed as BlockSet::slot
+  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected
+  std::vector<std::uint8_t> blocks;
 };
-/// The part of `open` that is connected to the walls of the box.
+/// Returns the part of the mask `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);
 
 }  // namespace typodont::haptics::importing

@@ -35,7 +35,7 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return least;
 }
 
-/// The tissue of a kind at a sample.
+/// Returns the tissue that a sample gets if it is corrected to this kind.
 Tissue tissue_of(const Imported& imported, LabelKind kind, std::size_t at) {
   const double grey = imported.grey.empty() ? imported.report.kinds.cortical : static_cast<double>(imported.grey[at]);
   switch (kind) {
@@ -95,8 +95,9 @@ void for_each_in(const VoxelBox& box, Work work) {
   }
 }
 
-/// Removes the solid whose signed distance (m, negative inside) is `solid`. Samples that become air keep the label of
-/// the tissue that was there, near the surface; deeper ones lose it.
+/// Removes a solid from the tissue. The function `solid` returns the signed distance to the solid in m, negative
+/// inside. Samples near the new surface keep their label, which shows the tissue that was there. Deeper samples in the
+/// removed part lose their label.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -126,8 +127,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // Tissue at the walls of the box would have no surface there.
-    constexpr double kWall = 3;  // voxels
+    // Tissue may not be added in the outermost voxels of the box, because it would have no surface there.
+    constexpr double kWall = 3;  // width of this margin in voxels
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);
@@ -151,7 +152,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // The mean of a sample and its neighbours has less noise than the sample.
+  // Mean grey value of a sample and its neighbours, which has less noise than a single sample.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -175,7 +176,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     for (const glm::ivec3& f : kFaces) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
-      // A mesh has no grey values; there, the part has one label.
+      // A mesh has no grey values, so a part of a mesh is the connected region with the same label.
       const bool similar =
           imported.grey.empty() ? t.tissue[at(q)] == t.tissue[at(start)] : std::abs(grey(q) - middle) <= limit;
       if (!similar) continue;
@@ -183,9 +184,9 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The grey values at the border of the part are blurred, so the border belongs to the part if it has the label of a
-  // sample in it. Beside the surface, the samples outside belong to it, too, because their labels are those of the
-  // tissue below.
+  // The grey values at the part's border are blurred. Therefore a sample next to the part belongs to it if it has the
+  // same label as a sample of the part. Samples just outside the surface belong to it, too, because their labels are
+  // those of the tissue below.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -202,7 +203,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // The signed distance to the part: half a voxel outside its samples, smoothed, because the samples are steps.
+  // Computes the signed distance to the part. The border lies half a voxel outside the samples of the part. It is
+  // smoothed, because the samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);
@@ -215,7 +217,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
   Grid<float> solid(inside.size);
   for (std::size_t i = 0; i < solid.v.size(); ++i)
     solid.v[i] = inside.v[i] ? 0.5F - std::sqrt(to_rest.v[i]) : std::sqrt(to_part.v[i]) - 0.5F;
-  constexpr double kSmooth = 0.8;  // voxels
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
   solid = gaussian(solid, kSmooth);
   remove(t, box, [&](const glm::ivec3& p) { return static_cast<double>(solid[p - box.lo]) * t.frame.voxel; });
   return before;
@@ -263,8 +265,8 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Fraction of the voxel inside the surface. In the voxel, the surface is taken as a plane at the signed distance of
-    // the voxel's centre.
+    // Computes the fraction of the voxel inside the surface. Within the voxel the surface is approximated by a plane at
+    // the signed distance of the voxel's centre.
     const double share = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += share * voxel * voxel * voxel;
   }

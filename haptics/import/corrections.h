@@ -1,5 +1,6 @@
-// Corrections of an imported tissue by hand: a brush, and seeds that spread through similar grey values. Positions are
-// in m, in the coordinates of the imported file, before rotations (ImportOptions::turn). Any thread, one at a time.
+// Corrections of an imported tissue by hand. There are two tools: a brush, and seeds that spread through similar grey
+// values. Positions are in m in the coordinates of the imported file, before its rotation (ImportOptions::turn). Any
+// thread, one at a time.
 #pragma once
 
 #include <cstdint>
@@ -12,49 +13,53 @@ namespace typodont::haptics {
 
 struct Imported;
 
-/// What a correction makes of the tissue. The grey value decides between enamel and dentin, and between cortical and
-/// cancellous bone (ImportReport::kinds). A canal gets the label pulp, metal the label amalgam, as in a jaw's import.
+/// The kind of tissue that a correction makes. The grey value decides between enamel and dentin, and between cortical
+/// and cancellous bone (ImportReport::kinds). A canal gets the label pulp and metal the label amalgam, as in the import
+/// of a jaw.
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// The volume within `radius` of a polyline. `only_tissue`: changes the label of existing tissue only. Otherwise the
-/// brush also adds tissue, at most up to three voxels from the walls of the imported box. kNothing removes tissue.
+/// A stroke with the brush. It corrects the volume within `radius` of a polyline. With `only_tissue`, it changes only
+/// the label of existing tissue. Otherwise it also adds tissue, but not within three voxels of the walls of the
+/// imported box. With kNothing it removes tissue.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
-  std::vector<dvec3> path;  // m
+  std::vector<dvec3> path;  // m, points of the polyline
   double radius = 1e-3;     // m
   bool only_tissue = true;
 };
 
-/// The connected part of the tissue around `point` whose grey values are similar to those at the point: the relation of
-/// fuzzy connectedness with a fixed limit (Udupa & Samarasekera 1996). The limit is `tolerance` times the contrast
-/// between the softer tissue and the surroundings. The part ends `reach` from the point.
+/// A seed that corrects the connected part of the tissue around `point` whose grey values are similar to those at the
+/// point (fuzzy connectedness with a fixed limit, Udupa & Samarasekera 1996). The limit of the difference is
+/// `tolerance` times the contrast between the softer tissue and the surroundings. The part ends at the distance `reach`
+/// from the point.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
-  dvec3 point{0};       // m
-  double reach = 5e-3;  // m
+  dvec3 point{0};       // m, start of the part
+  double reach = 5e-3;  // m, largest distance from the point
   double tolerance = 0.3;
 };
 
 using Correction = std::variant<LabelStroke, LabelSeed>;
 
-/// The samples of a box, before or after a correction.
+/// The samples of a box of voxels, before or after a correction.
 struct BoxContent {
-  VoxelBox box;  // empty: the correction changed nothing
+  VoxelBox box;  // the box; empty if the correction changed nothing
   std::vector<float> distance;
   std::vector<Tissue> tissue;
-  std::vector<std::uint8_t> hardness;  // empty if the tissue has no hardness of its own
+  std::vector<std::uint8_t> hardness;  // hardness of the samples; empty if the tissue stores no hardness
 };
 
-/// Changes the tissue, and returns the former samples of the box that changed. Where tissue was added, distances
-/// inside it are lower limits, as after drilling; the surface is exact. Throws Error for a radius or a reach of less
-/// than half a voxel.
+/// Applies a correction to the tissue. Returns the former samples of the box that changed. Where tissue was added, the
+/// distances inside it are lower bounds, as after drilling, but the surface is exact. Throws Error if a radius or a
+/// reach is less than half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
-/// Exchanges the samples of a box with those in `content`: undoes a correction, or repeats an undone one.
+/// Exchanges the samples of a box with those in `content`. So the first call undoes a correction, and the next call
+/// repeats it.
 void exchange(Imported& imported, BoxContent& content);
 
-/// Volume of each tissue in a box, m³, as in ImportReport::volume. `voxel`: m.
+/// Volume of each tissue in a box, in m³, computed as ImportReport::volume.
 PerTissue volumes_in(const DenseTissue& tissue, const VoxelBox& box);
 PerTissue volumes_in(const BoxContent& content, double voxel);
 

@@ -11,7 +11,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Index of a sample; negative if the sample does not exist.
+// Returns the index of the sample at a position; negative if there is no such sample.
 template <class T>
 std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
@@ -27,9 +27,10 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
-// Propagates features from the samples in x_lo .. x_hi − 1 that have a feature and are marked in `unpropagated`,
-// nearest first. The queue consists of buckets, each a quarter step wide: this sorts by distance precisely enough, in
-// O(1).
+// Passes features (points or triangles) from sample to sample. It starts from the samples in x_lo .. x_hi − 1 that have
+// a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets, and each
+// bucket holds a range of distances of a quarter step. This order is precise enough, and an insertion takes constant
+// time.
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
                       int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
@@ -41,7 +42,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
     if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
-    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow during the loop
+    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // this bucket may grow during the loop
       const std::size_t i = buckets[b][k];
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
@@ -58,7 +59,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               unpropagated[j] = 1;
-              // A feature never enters an earlier bucket.
+              // No feature is inserted into an earlier bucket.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }
@@ -70,19 +71,19 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
   }
 }
 
-// Propagates features (points, triangles) over the grid, so that each sample within the band stores its nearest
-// feature. `distance(feature, sample)`: in the caller's units. First works on all slabs in parallel, then across the
-// borders between slabs.
+// Finds the nearest feature (point or triangle) of each sample within the band. Features are passed from sample to
+// sample. `distance(feature, sample)` returns a distance in the caller's units. All slabs of the grid are computed in
+// parallel, and then features are passed across the borders between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
-  const int reach = static_cast<int>(band / step) + 2;  // samples
+  const int reach = static_cast<int>(band / step) + 2;  // number of samples across which features are passed
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = size_of(feature).x, slabs = (x_size + slab - 1) / slab;
   std::vector<std::vector<std::size_t>> seeds(static_cast<std::size_t>(slabs)), at_seam(seeds.size());
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
-  // 1: the sample has a feature that was not yet passed on to its neighbours
+  // 1 if the sample has a feature that was not yet passed to its neighbours
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
@@ -100,7 +101,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   });
 }
 
-// Moves x onto the surface with Newton's method along the gradient. Returns false if the interpolant is too flat.
+// Moves x onto the surface with Newton's method along the gradient. Returns false if the gradient is almost zero.
 bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
@@ -115,7 +116,8 @@ bool project(const Sparse<float>& phi, glm::dvec3& x) {
   return std::abs(sample_cubic(phi, x).value) < 1e-3;
 }
 
-// Finds the surface point closest to q, starting from a surface point x. Returns false without convergence.
+// Finds the point of the surface closest to q, starting from the surface point x. Returns false if the method does not
+// converge.
 bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
   double damping = 1;
   double before = std::numeric_limits<double>::infinity();
@@ -123,15 +125,15 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
     const Jet jet = sample_cubic(phi, x);
     const double g2 = glm::dot(jet.gradient, jet.gradient);
     if (!(g2 > 1e-8)) return false;
-    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // step to the surface
-    // Step within the tangent plane, towards q
+    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // step from x towards the surface
+    // Step from x towards q within the tangent plane.
     const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;
     const double error = glm::length(onto) + glm::length(along);
     if (error < 2e-3) {
       x += onto;
       return true;
     }
-    // if curvature times distance is near one, the tangent step overshoots, so it is damped
+    // If curvature times distance is near one, the step in the tangent plane overshoots. So it is damped.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -142,7 +144,8 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
   return false;
 }
 
-// Points on the surface: crossings of phi's grid lines, moved onto the zero set of the interpolant.
+// Finds points on the surface phi = 0: the points where grid lines cross the surface, moved onto the surface of the
+// tricubic interpolant.
 std::vector<glm::vec3> crossings(const Sparse<float>& phi) {
   const BlockSet& set = *phi.set;
   std::vector<std::vector<glm::vec3>> found(set.first.size());
@@ -178,7 +181,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   std::vector<glm::vec3> points = crossings(phi);
   const double reach = band + 1.5 * placement.scale;
 
-  // Finds the blocks with samples that are near enough to a surface point.
+  // Marks the blocks that have samples near a surface point.
   const glm::ivec3 count = BlockSet::blocks_of(size);
   Grid<std::uint8_t> near(count, 0);
   for (const glm::vec3& p : points) {
@@ -222,11 +225,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, distance);
 
-  // Refines the nearest crossing to the nearest point of the surface itself.
+  // So far each sample has the nearest crossing. Replaces it by the nearest point of the surface itself.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // without a feature the surface is far away, and the linear interpolant has the correct sign
+    // A sample without a feature is far from the surface, where the linear interpolant has the correct sign.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
@@ -248,10 +251,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // A neighbour may have found a nearer part of the surface.
+  // Takes over the closest point of a neighbour if it is nearer, because the neighbour may have found another part of
+  // the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // Improvements are stored separately, so that no thread reads a sample that another thread writes.
+    // Improved points are stored separately, because no thread may read a sample that another thread writes.
     struct Better {
       std::size_t sample;
       float distance;
@@ -292,7 +296,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
 }
 
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
-  // Ericson, Real-Time Collision Detection (2005), section 5.1.5: distinguishes the Voronoi regions.
+  // Finds the closest point of a triangle from the Voronoi region in which p lies (Ericson, Real-Time Collision
+  // Detection, 2005, section 5.1.5).
   const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return t.a;
@@ -313,19 +318,19 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
   return t.a + vb / sum * ab + vc / sum * ac;
 }
 
-// A crossing of a grid line along an axis with the mesh.
+// A point where a grid line crosses the mesh.
 struct Crossing {
-  float at;    // position along the axis
-  int leaves;  // 1: in the direction of +axis the line leaves the mesh here; -1: it enters the mesh
+  float at;    // position along the line's axis
+  int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
 };
 
-// Crossings of each grid line along `axis`, sorted. Line (i, j) has the index i · size[v] + j; u and v are the next two
-// axes.
+// Finds the crossings of each grid line along `axis`, sorted by position. Line (i, j) has the index i · size[v] + j,
+// where u and v are the next two axes.
 static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
                                                              const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // The lines are shifted by a tiny irrational amount. Otherwise a line could pass exactly through an edge of a mesh
-  // whose vertices lie on the grid.
+  // The lines are shifted by a very small irrational distance. Otherwise a line could pass exactly through an edge of a
+  // mesh whose vertices lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   std::vector<std::vector<Crossing>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
   for (const Triangle& t : mesh) {
@@ -359,8 +364,8 @@ static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Tri
   return lines;
 }
 
-// Calls step(sample, number of crossings before it, all crossings of the line) for each sample of each grid line of an
-// axis.
+// Calls step(sample, number of crossings before it, all crossings of the line) for each sample on each grid line along
+// an axis.
 template <class Step>
 static void walk_lines(std::span<const Triangle> mesh, int axis, const glm::ivec3& size, Step step) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -393,7 +398,8 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
 }
 
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  Grid<std::int32_t> feature(size, -1);  // nearest triangle of every sample within the band
+  // for every sample: index of the nearest triangle within the band; -1 if there is none
+  Grid<std::int32_t> feature(size, -1);
   Grid<float> nearest(size, std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     const glm::dvec3 p(i);

@@ -1,4 +1,4 @@
-// Distances to surfaces on a grid, from exact closest points instead of an approximation.
+// Distances from the samples of a grid to a surface, computed from closest points.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,24 +9,25 @@
 
 namespace typodont::haptics::importing {
 
-/// Position of one grid's samples in the index space of another grid: p = offset + scale · index.
+/// Position of one grid in the index space of another grid: p = offset + scale · index.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
 };
 
-/// The field is stored only in the blocks near the surface.
+/// A signed distance field, stored only in the blocks near the surface.
 struct DistanceField {
-  Sparse<float> distance;     // distance in units of the source's voxels, negative where phi > 0, clamped to ± band
-  Sparse<glm::vec3> closest;  // closest surface point, in the source's index space; valid where |distance| < band
+  Sparse<float> distance;  // distance in voxels of the source grid, negative where phi > 0, clamped to ± band
+  // closest point of the surface, in the source's index space; valid where |distance| < band
+  Sparse<glm::vec3> closest;
 };
 
-/// Distance to the surface phi = 0 (tricubic interpolation) for every sample of a grid of `size`, which `placement`
-/// places in phi's index space; phi > 0 is inside. The closest points are propagated from the crossings. Where the
-/// distance is less than `exact`, Newton's method on the interpolant refines them (after Chopp 2001, "Some
-/// improvements of the fast marching method", eq. 4.1), so that the zero set does not move. For larger distances, the
-/// closest crossing is used; crossings are about half a voxel apart, so such a distance is too large by at most about
-/// 1/(8 exact) voxel.
+/// Computes the distance to the surface phi = 0 (tricubic interpolation; phi > 0 is inside) for every sample of a grid
+/// of `size`, whose position in phi's index space is `placement`. First, points where grid lines cross the surface are
+/// passed from sample to sample, so that each sample has its nearest one. Where the distance is less than `exact`,
+/// Newton's method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
+/// marching method", eq. 4.1), so that the surface does not move. Larger distances are those to the nearest crossing.
+/// Crossings are about half a voxel apart, so such a distance is too large by at most about 1/(8 exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -35,12 +36,12 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths. It sums the signed
-/// crossings of rays in the six axis directions; the paper takes the mean over all directions. The value is 6 inside
-/// a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
+/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, multiplied by six. It is the sum of
+/// the signed crossings of rays in the six axis directions, whereas the paper takes the mean over all directions. The
+/// value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
 
-/// Distance from every sample to the nearest triangle, 0 to `band`.
+/// Distance from every sample to the nearest triangle, from 0 to `band`.
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

@@ -24,12 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// lower limit of the cosine of the angle between the normals of scan and CT on a crown
+// On a crown, the cosine of the angle between the normals of scan and CT must exceed this limit.
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;    // m², limit of the area of a gap in the crowns; smaller gaps count as crown
-constexpr double kLeastPiece = 5e-6;  // m², smallest area of a crown; smaller pieces do not count
-constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which its tissue is read
-// lower limit of a distance field's gradient (1 is exact); below it, the sample is not near a surface
+constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns with a smaller area counts as crown
+constexpr double kLeastPiece = 5e-6;  // m²; a crown piece with a smaller area is ignored
+constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which the tissue of the surface is read
+// A true distance field has a gradient of length 1. If the gradient is shorter than this limit, the sample is not near
+// a surface.
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -42,7 +43,7 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Distance stored in a DenseTissue, m, and its gradient, at a position in voxels; tricubic (Catmull–Rom).
+/// Distance of a DenseTissue (m) and its gradient at a position in voxels, by tricubic interpolation (Catmull–Rom).
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -75,15 +76,15 @@ std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   return t.at(i.x, i.y, i.z);
 }
 
-/// Index of the sample whose label is valid at a position: the nearest sample if it is inside, otherwise a sample
-/// just below the nearest surface.
+/// Returns the index of a sample whose label is valid for a position. It is the nearest sample if this lies inside the
+/// tissue, otherwise a sample just below the nearest surface.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
-  const double slope = glm::length(jet.gradient);  // m per voxel
+  const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
   return nearest_sample(t, place - (jet.value / t.frame.voxel + kLabelDepth) / slope * jet.gradient);
 }
 
-/// The blocks of `out` that lie within `reach` (m) of the CT's surface.
+/// Returns the blocks of `out` within `reach` (m) of the CT's surface.
 std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue& ct, const DenseTissue& out,
                                                                double reach) {
   const glm::ivec3 count = importing::BlockSet::blocks_of(out.size);
@@ -113,7 +114,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan in frame C, with the part of it that shows crowns.
+/// The scan in frame C, and the part of it that shows crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -129,15 +130,15 @@ class Crowns {
   }
 
   const FuseReport& report() const { return report_; }
-  /// Largest distance between the crowns and the CT's surface, m.
+  /// Largest distance, in m, between the crowns of the scan and the CT's surface.
   double largest() const { return largest_; }
 
   struct Near {
     dvec3 point, normal;
-    double distance = 0;  // m, unsigned
-    double weight = 0;    // 1 within a crown, 0 outside and at its rim
+    double distance = 0;  // m, distance to the nearest point, without sign
+    double weight = 0;    // 1 in the middle of a crown, falling to 0 at its rim; 0 outside
   };
-  /// The nearest point of the scan within `reach`.
+  /// Returns the nearest point of the scan, if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;
@@ -169,7 +170,7 @@ class Crowns {
     return 0.5 * glm::length(glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0])));
   }
 
-  /// Triangles of the scan that share an edge; an edge with one triangle is the scan's border.
+  /// Finds the two triangles of the scan that share an edge. An edge with one triangle is part of the scan's border.
   void find_edges() {
     std::map<std::pair<int, int>, std::vector<std::size_t>> edges;
     for (std::size_t t = 0; t < scanned_; ++t) {
@@ -190,8 +191,8 @@ class Crowns {
     }
   }
 
-  /// Changes the state of connected pieces of triangles with covered_ == `covered`: those for which change(area, at
-  /// border) is true.
+  /// Finds the connected pieces of triangles with covered_ == `covered`. If change(area, at border) is true for a
+  /// piece, the state of its triangles is changed.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -230,8 +231,8 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // Distances to the CT's surface, each with the area of its triangle.
-    std::vector<std::pair<double, double>> sizes;  // m, m²
+    // Pairs of the distance of a triangle to the CT's surface (m) and the area of the triangle (m²).
+    std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
       if (!covered_[t]) continue;
@@ -254,8 +255,8 @@ class Crowns {
     }
   }
 
-  /// Computes the weight of each point: it rises from 0 at the rim of the crowns to 1 at the distance `blend` from
-  /// the rim, measured along edges.
+  /// Computes the weight of each point. It rises from 0 at the rim of the crowns to 1 at the distance `blend` from the
+  /// rim, measured along edges of the mesh.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -271,7 +272,7 @@ class Crowns {
         away[static_cast<std::size_t>(corners_[t][(k + 1) % 3])] = 0;
       }
     }
-    // Dijkstra's algorithm from the rim.
+    // Computes the distances from the rim with Dijkstra's algorithm.
     std::vector<std::vector<int>> next(points_.size());
     for (std::size_t t = 0; t < scanned_; ++t) {
       if (!covered_[t]) continue;
@@ -299,7 +300,7 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// True if no other covered triangle has the edge from corner k of triangle t.
+  /// True if the edge at corner k of triangle t belongs to no other covered triangle.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
@@ -312,12 +313,12 @@ class Crowns {
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
   std::vector<dvec3> points_;           // m, in C
-  std::optional<TriangleTree> skin_;    // the scan without its base
-  std::optional<TriangleTree> closed_;  // the scan with its base
+  std::optional<TriangleTree> skin_;    // triangles of the scan without its base
+  std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  // for each triangle of the scan: true if it is at the border, true if it shows a crown
+  // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // for each point
+  std::vector<double> weights_;  // weight of each point, see weigh_points()
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };
@@ -364,7 +365,7 @@ std::vector<ScanPoint> IntraoralScan::points(std::size_t count) const {
     const double size = glm::length(n);
     sum += 0.5 * size;
     for (; due < sum; due += step) {
-      // The additive recurrence with the plastic number (Roberts 2018) fills the triangle evenly.
+      // Places points evenly in the triangle, with the additive recurrence of the plastic number (Roberts 2018).
       const auto k = static_cast<double>(points.size());
       double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
       if (y + z > 1) y = 1 - y, z = 1 - z;
@@ -380,7 +381,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   const importing::Jet jet = distance_at(ct_, place);
   Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
-  // Finds the tissue just below the surface, even if the point itself is deeper.
+  // Reads the tissue just below the surface, even if the point itself lies deeper.
   const double slope = glm::length(value.gradient);
   if (!(slope > kLeastGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
@@ -417,12 +418,12 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.exact_outside = ct.exact_outside;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // The blended field, positive inside. Only samples near both surfaces change.
+  // Computes the blended field, positive inside. Only samples near both surfaces change.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
   importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
-  importing::SparseMask moved(set, 0, 0);  // samples at the surface that the scan moved
+  importing::SparseMask moved(set, 0, 0);  // samples near the parts of the surface that the scan moved
   importing::for_each_sample(*set, [&](const glm::ivec3& i, std::size_t at) {
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
@@ -436,8 +437,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
     if (std::abs(d) < far && slope > kLeastGradient) {
-      // Computes the nearest points on the scan: from this sample, and from the sample's nearest point on the CT's
-      // surface.
+      // Finds the nearest points of the scan for two positions: this sample, and the point of the CT's surface nearest
+      // to it.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);
       const auto near = opposite && opposite->weight > 0
@@ -458,7 +459,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Computes the distances to the new surface. Samples farther than the band from the moved surface keep the CT's
+  // Computes the distances to the new surface. Samples farther than the band from the changed surface keep the CT's
   // distances.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);

@@ -1,5 +1,5 @@
-// Fusion of an intraoral scan with a cone beam CT: the scan gives sharp crowns; the CT gives roots, bone and canals.
-// Frame S is that of the scan's file, frame C that of the CT's volume. Set-up time; throws Error.
+// Combines an intraoral scan with a cone beam CT. The scan gives sharp crowns, and the CT gives roots, bone and canals.
+// Frame S is the frame of the scan's file, and frame C that of the CT's volume. Set-up time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -19,25 +19,26 @@ namespace importing {
 struct ArchSurface;
 }
 
-/// A point of a scan's surface.
+/// A point on a scan's surface.
 struct ScanPoint {
   dvec3 p_S;  // m
-  dvec3 n_S;  // unit, outward
+  dvec3 n_S;  // unit normal, pointing outward
 };
 
-/// The surface of an intraoral scan (STL, PLY, OBJ, glTF), which may be open. It is repaired and closed by a base as in
-/// `import --preset arch`.
+/// The surface of an intraoral scan (STL, PLY, OBJ, glTF), which may be open. It is repaired and closed by a base, as
+/// in `import --preset arch`.
 class IntraoralScan {
  public:
-  /// `unit`: m per unit of the file.
+  /// Reads the scan. `unit` is the length in m of one unit of the file.
   IntraoralScan(const std::filesystem::path& file, double unit);
   ~IntraoralScan();
   IntraoralScan(IntraoralScan&&) noexcept;
 
-  /// Points spread evenly over the scanned surface, without the base. Each point represents the area area() / count.
+  /// Returns points that are spread evenly over the scanned surface, without the base. Each point represents the area
+  /// area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
-  double area() const { return area_; }  // m², of the scanned surface
-  /// The scanned surface without the base, in S.
+  double area() const { return area_; }  // m², area of the scanned surface
+  /// The scanned surface without the base, in frame S.
   TissueMesh mesh() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }
@@ -47,14 +48,15 @@ class IntraoralScan {
   double area_ = 0;
 };
 
-/// The surface of the teeth in a CT's volume, for registration. Keeps a reference to the volume.
+/// Finds the surface of the teeth in a CT's volume, for registration. The object refers to the volume, which must exist
+/// longer.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // the nearest surface is closer than the band and belongs to a tooth or a restoration
-    double distance = 0;  // m, negative inside
-    dvec3 gradient{0};    // per m
+    bool tooth = false;   // true if the nearest surface is closer than the band and belongs to a tooth or a restoration
+    double distance = 0;  // m, distance to the surface, negative inside
+    dvec3 gradient{0};    // gradient of the distance
   };
   Value at(const dvec3& p_C) const;
 
@@ -63,17 +65,17 @@ class ToothField {
 };
 
 struct FuseOptions {
-  std::optional<double> voxel;  // m, voxel of the result; default: voxel of the CT
-  double reach = 1e-3;          // m, largest distance between scan and CT at which the scan shows a crown of the CT
-  double blend = 0.5e-3;        // m, width of the transition from the CT to the scan, inward from the rim of the crowns
-  std::function<void(double)> progress;  // 0..1, may be empty
+  std::optional<double> voxel;  // m, voxel edge of the result; if not given, that of the CT
+  double reach = 1e-3;    // m, largest distance between the surfaces of scan and CT where the scan counts as crown
+  double blend = 0.5e-3;  // m, width of the transition from CT to scan, measured inward from the rim of the crowns
+  std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };
 
 struct FuseReport {
-  double scanned_area = 0;  // m², area of the scan
-  double covered_area = 0;  // m², area of the part that replaces the CT's surface
-  // Signed distances from the scan to the CT's surface over this part; positive if the scan lies outside.
-  // m: mean of the signed values; median and 95th percentile of the absolute values
+  double scanned_area = 0;  // m², area of the scanned surface
+  double covered_area = 0;  // m², area of the part of the scan that replaces the CT's surface
+  // Signed distances from this part of the scan to the CT's surface, in m, positive if the scan lies outside: their
+  // mean, and the median and the 95th percentile of their absolute values.
   double mean = 0, median_size = 0, most_size = 0;
 };
 
@@ -82,21 +84,21 @@ struct Fused {
   FuseReport report;
 };
 
-/// Replaces the surface of the CT's crowns by the scan's surface. Rules:
-/// - A triangle shows a crown if its corners lie within `reach` of the surface of a tooth in the CT, and the normals
-///   agree within 45°. Gaps in this part that are smaller than 10 mm² and do not reach the scan's border also count
-/// as crown
-///   (a fissure that the CT does not resolve); pieces smaller than 5 mm² do not (gingiva that crosses the CT's
-///   surface).
-/// - A sample takes the scan's distance if its nearest point on the scan lies in this part, and the scan there lies
-///   within `reach` of the sample's nearest point on the CT's surface and faces the same way. The sign is the winding
-///   number of the closed scan. Over `blend` from the rim, both distances are blended.
-/// - Labels and hardness are those of the CT. A sample that was outside the CT's tissue takes those of the nearest
+/// Replaces the surface of the CT's crowns by the scan's surface. The rules are:
+/// - A triangle of the scan shows a crown if its corners lie within `reach` of the surface of a tooth in the CT, and
+///   the normals agree within 45°. A gap in the crowns smaller than 10 mm² that does not touch the scan's border counts
+///   as crown, too (a fissure that the CT does not show). A crown piece smaller than 5 mm² does not count (gingiva that
+///   crosses the CT's surface).
+/// - A sample gets the distance to the scan if three conditions hold: its nearest point on the scan shows a crown; this
+///   point lies within `reach` of the sample's nearest point on the CT's surface; both surfaces face the same
+///   direction. The sign of the distance comes from the winding number of the closed scan. Within `blend` of the
+///   crowns' rim, the distances to scan and CT are blended.
+/// - Labels and hardness are those of the CT. A sample that was outside the CT's tissue gets those of the nearest
 ///   tissue.
-/// - Farther than the band and two voxels from the moved surface, samples keep the CT's distance and label exactly,
-/// if
-///   the voxel is the CT's. Throws Error if no part of the scan shows a crown, or if the result does not fit into
-/// memory.
+/// - If the result has the CT's voxel size, samples that are farther from the changed surface than the band and two
+///   voxels keep the CT's distance and label exactly.
+///
+/// Throws Error if no part of the scan shows a crown, or if the result does not fit into memory.
 Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, const FuseOptions& options);
 
 }  // namespace typodont::haptics

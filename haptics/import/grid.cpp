@@ -32,7 +32,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // Each line is first copied to a buffer, so that the passes can write to the grid that they read.
+  // Each line is first copied to a buffer, because the result is written to the grid from which the line is read.
   Grid<float> out = g;
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];
@@ -79,7 +79,7 @@ Grid<float> distance_squared_to(const Mask& mask) {
       for (int b = 0; b < inner; ++b) {
         const std::size_t start = axis == 0 ? d.index(0, a, b) : axis == 1 ? d.index(a, 0, b) : d.index(a, b, 0);
         for (std::size_t k = 0; k < length; ++k) f[k] = d.v[start + stride * k];
-        // Computes the lower envelope of the parabolas f[q] + (k − q)².
+        // Computes the smallest value of all parabolas f[q] + (k − q)² at each k (lower envelope).
         int top = -1;
         for (int q = 0; q < n; ++q) {
           if (f[static_cast<std::size_t>(q)] >= kHuge) continue;

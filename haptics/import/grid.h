@@ -1,4 +1,4 @@
-// Dense boxes of samples for the importers, with some filters. Set-up time only.
+// Dense boxes of samples for the importers, and filters for them. Set-up time only.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::importing {
 
-/// A box of samples; z runs fastest, like in DenseTissue.
+/// A box of samples. z is the fastest index, as in DenseTissue.
 template <class T>
 struct Grid {
   glm::ivec3 size{0};
@@ -40,33 +40,36 @@ struct Grid {
 
 using Mask = Grid<std::uint8_t>;
 
-/// Runs work(x) for x in [0, n) on all cores; each x must write only its own data.
+/// Calls work(x) for each x in [0, n) on all processor cores. Each call may write only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Trilinear interpolation. Outside the box, the value at its border is used.
+/// Value at the position p by trilinear interpolation. Outside the box, the value at the nearest point of the box is
+/// used.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
   double value;
-  glm::dvec3 gradient;  // per voxel
+  glm::dvec3 gradient;  // gradient per voxel
 };
-/// Tricubic interpolation (Catmull-Rom: C1, passes through the samples). Outside the box, the value at its border is
-/// used.
+/// Value and gradient at the position p by tricubic interpolation (Catmull-Rom: continuous gradient, exact at the
+/// samples). Outside the box, the value at the nearest point of the box is used.
 Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
-/// Separable Gaussian, `sigma` in voxels. Outside the box, the value at its border is used.
+/// Smooths with a Gaussian of the standard deviation `sigma` (voxels), axis by axis. Outside the box, the value at its
+/// border is used.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); very large if
-/// none is set.
+/// Squared distance, in voxels, from each voxel to the nearest voxel of `mask` (Felzenszwalb & Huttenlocher 2012). The
+/// values are very large if the mask is empty.
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
-  Grid<std::int32_t> label;         // 0: not in the mask; 1, 2, …
-  std::vector<std::size_t> voxels;  // size of component i at index i; [0] is not used
-  std::int32_t largest() const;     // 0 if there is none
+  Grid<std::int32_t> label;         // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask
+  std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
+  std::int32_t largest() const;     // number of the largest component; 0 if there is none
 };
-/// Connected components over faces (6 neighbours) or also over edges and corners (26 neighbours).
+/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
+/// over edges and corners (26 neighbours).
 Components components(const Mask& mask, bool corners = false);
 
 }  // namespace typodont::haptics::importing

@@ -55,8 +55,8 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// The fraction of dentin among the surface voxels of the crown. The crown ends where the enamel ends in each sector
-// around the tooth's axis; below is the root.
+// Returns the fraction of the crown's surface voxels that are labelled dentin. The crown ends where the enamel ends,
+// separately in each sector around the tooth's axis. The root lies below.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -80,7 +80,8 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  if (glm::length(up) * t.frame.voxel < 0.2e-3) {  // enamel on all sides: there is no root, and everything is crown
+  // if enamel is on all sides, the tooth has no root, and everything is crown
+  if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
     return skin.empty() ? std::nullopt : std::optional(dentin / static_cast<double>(skin.size()));
@@ -133,13 +134,14 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel on the inner side of a plane at the distance d
+        // Fraction of the voxel inside a plane at the distance d from the voxel's centre.
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += share * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // Finds the outermost crossings between this sample and its neighbours outside.
+        // Finds where the surface passes between this sample and its neighbours outside, and extends the bounds to
+        // these points.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -18,7 +18,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kDefaultVoxel = 0.1e-3;  // m, default voxel of a mesh's volume
+constexpr double kDefaultVoxel = 0.1e-3;  // m, voxel edge of a mesh's volume if the user states none
 
 struct Bounds {
   dvec3 lo{1e300}, hi{-1e300};
@@ -32,12 +32,12 @@ double longest_of(const dvec3& v) {
   return std::max({v.x, v.y, v.z});
 }
 
-/// Throws Error if the body is too small or too large for a tooth or bone.
+/// Throws Error if the body is too small or too large for a tooth or a bone.
 void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options,
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  std::string guess;  // the unit of length that would make the size plausible
+  std::string guess;  // the unit of length with which the size would be plausible, for the message
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
     if (guess.empty() && length >= least && length <= most)
@@ -62,11 +62,11 @@ void check_unit(const ImportOptions& options) {
               "millimetres per unit of the mesh, above 0");
 }
 
-/// An empty volume around the bounds.
+/// Returns an empty volume that encloses the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
   const double voxel = options.voxel.value_or(kDefaultVoxel);
-  // bytes: memory per voxel of the result while it is made (measured with typodont bench import), and a constant
-  // part.
+  // Memory in bytes per voxel of the result while it is computed, and memory that does not depend on the size (measured
+  // with typodont bench import).
   constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
   const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
   require_memory(kResidue + kBytesPerVoxel * cells.x * cells.y * cells.z, options, report);
@@ -80,7 +80,7 @@ DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, Im
   return out;
 }
 
-/// The triangles for which wanted(triangle) is true, in voxels.
+/// Returns the triangles for which wanted(triangle) is true, in voxel coordinates.
 template <class Wanted>
 std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wanted wanted) {
   std::vector<Triangle> triangles;
@@ -106,8 +106,8 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
 }
 
-/// Integral of the normal over a surface. It is zero for a closed surface. For an open surface it is a vector from the
-/// opening towards the far side; its length is the area of the opening.
+/// Integral of the normal over a surface. It is zero for a closed surface. For an open surface it points from the
+/// opening towards the opposite side, and its length is the area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -117,14 +117,15 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Normal of the plane in which most of a border lies. Ends of the border that run up over a crown do not tilt the
-/// plane. The normal is the direction within 45 degrees of `start` that minimises the mean distance of the border's
-/// points from their median height; the points are weighted by the border's length along the plane.
+/// Returns the normal of the plane in which most of a border lies. Parts of the border that run up over a crown do not
+/// tilt the plane. The normal is the direction within 45 degrees of `start` for which the border's points have the
+/// smallest mean distance from their median height. The points are weighted by the border's length along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    std::vector<std::pair<double, double>> heights;  // height of each segment, and its length along the plane
+    // for each segment of the border: its height, and its length along the plane
+    std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
       const dvec3 d = at(k + 1) - at(k);
@@ -143,13 +144,13 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
     for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
     return total > 0 ? sum / total : 1e300;
   };
-  // Tries a grid of directions, then smaller and smaller steps around the best direction.
+  // Tries a grid of directions, and then smaller and smaller steps around the best direction.
   dvec3 best = start;
   double least = mean_distance(start);
   const auto look_around = [&](const dvec3& from, double step, int reach) {
     const dvec3 u = glm::normalize(glm::cross(from, std::abs(from.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
     const dvec3 v = glm::cross(from, u);
-    constexpr double kWithin = 0.7;  // cosine of the largest angle to `start`
+    constexpr double kWithin = 0.7;  // cosine of the largest allowed angle to `start`
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
         const dvec3 up = glm::normalize(from + step * i * u + step * j * v);
@@ -164,7 +165,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   return best;
 }
 
-/// Removes loose pieces with less than 2 % of the largest piece's area. Returns their number.
+/// Removes loose pieces whose area is less than 2 % of the largest piece's area. Returns the number of removed pieces.
 std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kLeast = 0.02;
   const Shells shells = shells_of(mesh, false);
@@ -180,8 +181,8 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Triangulates a polygon that is anticlockwise from the viewer; the triangles have the same orientation (ear
-/// clipping).
+/// Divides a polygon into triangles (ear clipping). The polygon is anticlockwise as the viewer sees it, and the
+/// triangles have the same orientation.
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
     const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
@@ -191,7 +192,8 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A border that crosses itself may have no ear; then its straightest corner is removed.
+    // A border that crosses itself may have no ear (a corner that can be cut off as a triangle). Then its straightest
+    // corner is removed.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -214,7 +216,8 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   return triangles;
 }
 
-/// Adds walls from a border down to a plane below everything, and a floor in this plane. `up`: unit vector.
+/// Adds a base to a mesh: walls from a border down to a plane below all points, and a floor in this plane. `up` is a
+/// unit vector.
 void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   double lowest = 1e300;
   for (const dvec3& p : mesh.points) lowest = std::min(lowest, glm::dot(p, up));
@@ -229,7 +232,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border has the orientation of its triangles; the floor's triangles, seen from below, have the opposite
+    // The border has the orientation of its triangles. Seen from below, the floor's triangles have the opposite
     // orientation.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
@@ -247,17 +250,18 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Redness of a colour relative to its brightness: high for gingiva, low for teeth.
+/// Redness of a colour relative to its brightness. It is high for gingiva and low for teeth.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// The plane z = a·x + b·y + c through the upper points. It is fitted repeatedly to the points that are at most 2 mm
-/// below the last plane. Returns nullopt if the points do not span a plane, or if it is steeper than 30 degrees.
+/// Fits the plane z = a·x + b·y + c through the upper points. The fit is repeated with the points that are at most 2 mm
+/// below the previous plane. Returns no value if the points do not span a plane, or if the plane is steeper than 30
+/// degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // m, limit of the distance below the plane; tangent of the steepest angle
+  // Largest distance of the used points below the plane (m), and tangent of the largest angle of the plane.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
@@ -279,8 +283,8 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Threshold by Otsu 1979: divides values into the two groups that differ most. Returns nullopt if the values are a
-/// single group (the division explains less than 0.6 of the variance).
+/// Finds the threshold that divides values into the two most different groups (Otsu 1979). Returns no value if the
+/// values form one group, that is, if the division explains less than 0.6 of the variance.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -297,7 +301,7 @@ std::optional<double> bound_between(std::vector<double> values) {
   return variance > 0 && best > kOneGroup * variance ? std::optional(bound) : std::nullopt;
 }
 
-/// Finds which points of an arch are gingiva.
+/// Finds which points of an arch are gingiva. The result has one byte per point.
 std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double crown, std::vector<std::string>& notes) {
   std::vector<std::uint8_t> gum(mesh.points.size(), 0);
   if (!mesh.colors.empty()) {
@@ -309,15 +313,15 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
       return gum;
     }
   }
-  // If there are no colours, decides by height below the highest point nearby, measured along `up`. Points far below
-  // the plane of the cusps have no tooth nearby: they belong to the floor of the mouth or the palate.
-  // m, search radius; large enough to contain the nearest cusp of the same tooth or of its neighbour
+  // Without colours, a point is classified by its height below the highest point nearby, measured along `up`. A point
+  // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or the palate. The
+  // search radius kReach (m) is large enough to contain the nearest cusp of the same tooth or of its neighbour.
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m, limit: a point lower than this below the crown has no tooth nearby
+  constexpr double kFarBelow = 3e-3;  // m; a point lower than this below the crowns has no tooth nearby
   std::map<std::pair<int, int>, double> highest;
-  std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest point in each cell
+  std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
   const auto cell = [&](const dvec3& p) {
     return std::pair(static_cast<int>(std::floor(glm::dot(p, u) / kReach)),
                      static_cast<int>(std::floor(glm::dot(p, v) / kReach)));
@@ -373,13 +377,13 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report);
   const double voxel = out.frame.voxel;
 
-  // Shells that lie in no other shell form the body; shells inside the body are hollows.
+  // A shell (connected surface) that lies in no other shell belongs to the body. A shell inside the body is a hollow.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
-  // Limit of the pulp as a fraction of the tooth's volume; the pulp of a young molar takes about a tenth
+  // Largest fraction of a tooth's volume that pulp can have. The pulp of a young molar has about a tenth.
   constexpr double kMostPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
   if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
@@ -396,7 +400,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // The surface of a hollow faces into the hollow. Its triangles are reversed to make the hollow a solid part.
+  // The triangles of a hollow's surface face into the hollow. They are reversed, so that the hollow becomes a solid
+  // part.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -404,10 +409,10 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Tissues of a tooth: enamel of thickness `shell` covers the crown; over the lowest kTaper of the crown, its
-  // thickness falls to zero. The pulp fills the closed hollows inside the mesh. In a mesh without hollows, the pulp is
-  // the tissue deeper than kPulpDepth. The rest is dentin. kCrownShare: fraction of the tooth's length that is crown. A
-  // bone has a cortical shell of thickness `shell`; the rest is cancellous bone. Lengths in m.
+  // Rules for the tissues. In a tooth, enamel of the thickness `shell` covers the crown. Over the lowest kTaper of the
+  // crown, its thickness falls to zero. The pulp fills the closed hollows of the mesh. If there are none, tissue deeper
+  // than kPulpDepth is pulp. All other tissue is dentin. kCrownShare is the fraction of the tooth's length that is
+  // crown. A bone has cortical bone of the thickness `shell` outside, and cancellous bone inside. Lengths are in m.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -418,7 +423,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // The crown is at the end of the longest axis where the body is wider.
+  // The crown is at the wider end of the body's longest axis.
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   double below = 0, above = 0;
@@ -458,7 +463,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: limit of a hole's border; smallest and largest extent of an arch; depth of the base
+  // In m: largest length of a hole's border that is closed; smallest and largest extent of an arch; depth of the base.
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -472,7 +477,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // `up` points from the border to the surface, because the surface's triangles face up.
+  // The vector `up` points from the border to the surface, because the surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -511,7 +516,9 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;  // m
+  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, depth of the
+  // gingiva
+  constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;
   report.format = file.extension().string().substr(1);
@@ -534,8 +541,8 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.7);
 
-  // Computes the distance of every sample from the scanned surface of the teeth, and from the surface of the gingiva
-  // (including the base).
+  // Computes the distances of every sample to the scanned surface of the teeth and to the surface of the gingiva. The
+  // base counts as gingiva.
   Mask teeth_at(out.size, 0), gum_at(out.size, 0);
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     std::size_t gums = 0;

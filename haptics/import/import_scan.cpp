@@ -18,14 +18,16 @@
 namespace typodont::haptics::importing {
 
 namespace {
-constexpr double kScanSmoothing = 0.8;  // voxels, standard deviation of the Gaussian before the grey values are sorted
-}
+// voxels, standard deviation of the Gaussian that reduces noise before the histogram is computed
+constexpr double kScanSmoothing = 0.8;
+}  // namespace
 
-// `known`: the grey values of the whole scan if `scan` is a region of it; null: they are found.
+// Imports a scan. `known` are the grey values of the whole scan if `scan` is a region of it. If `known` is null, the
+// grey values are found in `scan`.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Averages blocks of k voxels, for a result that is much coarser than the scan.
+// Replaces each block of k voxels by its mean, for a result that is much coarser than the scan.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -47,8 +49,8 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// Resamples the grey values between `lo` and `hi` (inclusive, may be outside the scan) on cubes of `voxel`; outside the
-// scan, the value is `outside`.
+// Interpolates the grey values from `lo` to `hi` (inclusive, may be outside the scan) on a grid with cubic voxels of
+// the edge `voxel`. Outside the scan, the value is `outside`.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -69,7 +71,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // The segmentation expects that all walls of the box belong to the surroundings.
+  // The walls of the box must belong to the surroundings, as segment() requires.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -80,13 +82,13 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// Closes canals that the walls of the box cut open. Without this, a nerve canal or a root canal that leaves the box
-// would be connected to the surroundings and would not count as a cavity of the body or of the tooth. In the sample
-// plane of each wall, holes of the samples brighter than `bound` are found whose extent is at most `widest` (m); two
-// planes outside the wall get the grey value `fill` there.
+// Closes canals that the walls of the box cut open. Otherwise a nerve canal or a root canal that leaves the box would
+// be connected to the surroundings and would not count as a cavity. In the plane of samples at each wall, the function
+// finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes outside the
+// wall, it closes each hole with a lid of the grey value `fill`.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
-  constexpr int kRim = 2;  // samples, overlap of a lid with the tissue around its hole
+  constexpr int kRim = 2;  // number of samples by which a lid overlaps the tissue around its hole
   for (int a = 0; a < 3; ++a) {
     const int u = (a + 1) % 3, v = (a + 2) % 3;
     for (int side = 0; side < 2; ++side) {
@@ -101,7 +103,8 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      const std::int32_t around = holes.label.v[0];  // the box has a margin of surroundings
+      // component of the surroundings, which surround the tissue in every plane
+      const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
         const auto id = static_cast<std::size_t>(holes.label.v[i]);
@@ -131,12 +134,12 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
   }
 }
 
-// The samples of the scan that lie in the region.
+// Returns the part of the scan that lies in the region.
 static Scan cropped(const Scan& scan, const ImportRegion& region) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
   const glm::ivec3 hi =
       glm::min(glm::ivec3(glm::floor((region.hi - scan.origin) / scan.spacing + 1e-6)), scan.grey.size - 1);
-  constexpr int kLeast = 8;  // samples
+  constexpr int kLeast = 8;  // smallest number of samples along an axis
   if (glm::any(glm::lessThan(hi - lo + 1, glm::ivec3(kLeast)))) {
     const dvec3 from = scan.origin / kMillimetre,
                 to = (scan.origin + dvec3(scan.grey.size - 1) * scan.spacing) / kMillimetre;
@@ -164,7 +167,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   return piece;
 }
 
-// `smooth`: the scan's grey values after slight smoothing.
+// Finds the grey values of the tissues. `smooth` contains the scan's grey values after slight smoothing.
 static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
                           const ImportOptions& options) {
   ScanGreys greys;
@@ -176,7 +179,8 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // The surface is halfway between the surroundings and the adjacent tissue, from cancellous bone to metal.
+  // The surface lies halfway between the surroundings and the adjacent tissue. This tissue can be anything from
+  // cancellous bone to metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (!greys.jaw.has_enamel) greys.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
@@ -189,7 +193,7 @@ ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const 
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  // A human tooth is 10 to 35 mm long; with voxels above 0.7 mm its tissues cannot be distinguished.
+  // A human tooth is 10 to 35 mm long. If its voxels are larger than 0.7 mm, its tissues cannot be distinguished.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
@@ -228,7 +232,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Computes the approximate tissue, precise enough to find the grey levels and to cut out the body.
+  // Finds the body approximately, precisely enough to find the grey values and to cut out the box around it.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
   const ScanGreys greys = known ? *known : greys_of(file, scan, smooth, options);
@@ -239,7 +243,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.kinds = {jaw_greys.bright(), jaw_greys.crown(), jaw_greys.soft, jaw_greys.cancellous, jaw_greys.hard};
   else if (levels.dense)
     report.kinds = {levels.denser(), levels.denser(), levels.outside, levels.soft, *levels.dense};
-  else  // all bone is cortical, and no tissue is enamel
+  else  // no enamel: all bone is cortical
     report.kinds = {levels.surface(), std::numeric_limits<double>::infinity(), levels.outside, levels.soft,
                     levels.soft};
   Mask solid(smooth.size, 0);
@@ -257,7 +261,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   for (const std::size_t voxels : bodies.voxels) report.bodies_found += voxels >= 8;
   const glm::ivec3 lo = bodies.lo, hi = bodies.hi, scan_size = solid.size;
   const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
-                             scan.spacing.y * scan.spacing.z;  // m³
+                             scan.spacing.y * scan.spacing.z;  // volume in m³
   solid = Mask();
   const char* of = options.region ? "region" : "scan";
   for (int a = 0; a < 3; ++a) {
@@ -285,9 +289,10 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Memory in bytes (measured with typodont bench import). Each constant counts the bytes per voxel of: the scan
-    // while it is read and its grey values are sorted; the box around the body; the blocks near the body during
-    // segmentation, and afterwards; the blocks near the surface of a result on another grid; the result.
+    // The constants with which the memory is estimated, in bytes per voxel (measured with typodont bench import). They
+    // are for: the scan while it is read and its histogram is computed (kRead); the box around the body (kBox); the
+    // blocks near the body during segmentation (kSegmented) and afterwards (kKept); the blocks near the surface if the
+    // result has another grid (kPlaced); and the result (kResult, kGrey). kResidue is in bytes.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
     constexpr double kJaw = 70;  // bytes per voxel in the blocks near the body, for the labels of a jaw
@@ -305,7 +310,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result uses the samples of the working grid, segment() already computes their distances.
+  // If the result has the same grid, segment() already computes the distances of the result.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -318,7 +323,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;  // m, largest extents across the canals
+  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;  // m, largest widths of the canals that are closed at a cut
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
@@ -336,9 +341,9 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // Places the result's grid so that it has a sample in common with the working grid.
+  // Positions the result's grid so that one of its samples coincides with a sample of the working grid.
   glm::ivec3 first = grey.size, last(0);
-  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // the blocks that are not stored lie deeper inside
+  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
     first = glm::min(first, s.surface.distance.place(i));
     last = glm::max(last, s.surface.distance.place(i));
@@ -354,7 +359,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);  // offset from the result's samples to the field's samples
+  // index of the field's sample minus index of the result's sample
+  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 
   const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;

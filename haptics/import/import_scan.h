@@ -1,4 +1,4 @@
-// The import functions, one per kind of input; each fills in everything except what import_tissue() adds.
+// Functions that import one kind of input each. import_tissue() completes their results.
 #pragma once
 
 #include "haptics/import/distance.h"
@@ -9,40 +9,42 @@
 
 namespace typodont::haptics::importing {
 
-/// The grey values of a scan's tissues, and notes about them.
+/// The grey values of a scan's tissues, and notes for the user about them.
 struct ScanGreys {
   Levels levels;
-  JawGreys jaw;  // only for a jaw
+  JawGreys jaw;  // valid only for a jaw
   std::vector<std::string> notes;
 };
 ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options);
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
-/// Imports options.region of a scan in memory, or all of it. `greys`: those of the whole scan, because a small region
-/// may lack a tissue or the surroundings. `file`: for messages.
+/// Imports options.region of a scan in memory, or all of it. `greys` are the grey values of the whole scan, because a
+/// small region may lack a tissue or the surroundings. `file` is the name in messages.
 Imported import_region(const std::filesystem::path& file, const Scan& scan, const ScanGreys& greys,
                        const ImportOptions& options);
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options);
 /// Imports an intraoral scan.
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options);
-/// Imports options.parts, which must not be empty.
+/// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// voxels; distance outside the surface up to which labels are assigned.
+/// Distance outside the surface, in voxels, up to which samples get labels.
 inline constexpr double kLabelReach = 2.5;
 
-/// Throws Error if a grid that covers `extent` (m) with voxels of `voxel` (m) does not fit into memory.
+/// Throws Error if a grid that covers `extent` (m) with voxels of the edge `voxel` (m) does not fit into memory.
 void check_result_size(const dvec3& extent, double voxel);
 
-/// Bytes that this process can still allocate: the free memory of the machine, or less if the process is limited.
+/// Number of bytes that this process can still allocate. It is the free memory of the machine, or less if the process
+/// has a limit.
 double free_memory();
-/// Throws Error if `bytes` exceed options.memory or, without this option, the free memory. Stores the largest `bytes`
-/// of all calls in report.memory.
+/// Throws Error if `bytes` is more than options.memory or, if this option is not given, than the free memory. Stores
+/// the largest `bytes` of all calls in report.memory.
 void require_memory(double bytes, const ImportOptions& options, ImportReport& report);
 
-/// Computes volumes, height and the fraction of false dentin from `imported.tissue`.
+/// Computes the volumes, the height and the fraction of false dentin from `imported.tissue`, and stores them in the
+/// report.
 void measure(Imported& imported, ImportPreset preset);
-/// Measures the tissue and turns it, as the last steps of every import.
+/// Measures the tissue and rotates it. These are the last steps of every import.
 Imported completed(Imported imported, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

@@ -17,7 +17,7 @@ double cubed(double x) {
   return x * x * x;
 }
 
-// Returns the components that have at least `samples` samples.
+// Returns the connected components that have at least `samples` samples.
 SparseMask large_parts(const SparseMask& mask, double samples) {
   const SparseComponents parts = components(mask);
   SparseMask large(mask.set, 0, 0);
@@ -28,15 +28,16 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
   return large;
 }
 
-// Random walker (Grady 2006, "Random walks for image segmentation"): for every bright sample, the probability that a
-// random walk from it reaches a tooth's crown before it reaches bone. Steps through dim samples are improbable; such
-// samples belong to the periodontal ligament, where the ligament counts as bright. The equations are solved by
-// conjugate gradients.
+// Computes for every bright sample the probability that it belongs to a tooth. It is the probability that a random walk
+// from the sample comes to a tooth's crown before it comes to bone (random walker, Grady 2006, "Random walks for image
+// segmentation"). Steps through dim samples are improbable, because the periodontal ligament between tooth and bone can
+// be bright enough to count as bright, but is dimmer than tooth and bone. The linear equations are solved by conjugate
+// gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
-  std::vector<std::size_t> sample_of;  // index of the sample of each unknown
+  std::vector<std::size_t> sample_of;  // index of the sample of each unknown of the equations
   Sparse<std::int32_t> unknown(grey.set, -1, -1);
   for (std::size_t i = 0; i < bright.v.size(); ++i) {
     if (!bright.v[i] || crown.v[i] || bone.v[i] || !set.holds(set.place(i))) continue;
@@ -50,9 +51,10 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  constexpr double kLeast = 1e-4;  // weight of a step through the dimmest samples that count as bright
-  // Weight of a walk that ends in bone beside cancellous bone. A root without a bright wall may be there too, so the
-  // weight is small: a root of 3 mm width stays connected to its crown for about 15 mm.
+  constexpr double kLeast = 1e-4;  // smallest weight of a step, through the dimmest samples that count as bright
+  // Weight of a step into bone for a sample next to cancellous bone. The weight is small, because the sample may also
+  // belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to its crown for
+  // about 15 mm.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -112,7 +114,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   return probability;
 }
 
-// Eigenvalues of a symmetric matrix, increasing (Smith 1961).
+// Computes the eigenvalues of a symmetric matrix in increasing order (Smith 1961).
 glm::dvec3 eigenvalues(const glm::dmat3& a) {
   const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
   const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
@@ -125,7 +127,8 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// Matrix of second derivatives; zero at the walls of the box, where there is no body.
+// Computes the matrix of second derivatives at a sample. It is zero at the walls of the box, because there is no body
+// there.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
   if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
@@ -140,11 +143,12 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// Grey values without the dim outer edge, but with the openings of the sockets: in a valley between two bright sides,
-// the scan's own grey value is used instead of the brightest value further inward.
+// Returns the grey values without the dim outer edge of the body (Segmentation::grey), but keeps the openings of the
+// sockets. These are valleys between two bright sides. In a valley, the scan's own grey value is used instead of the
+// brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian
-  // lower limit of a valley's contrast per voxel²; one third of the value for a ligament of one voxel
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
+  // Smallest contrast of a valley per voxel². It is a third of the contrast of a ligament that is one voxel wide.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -158,8 +162,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
 }
 
 // Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
-// ones), when blur has reduced the layer's contrast to `dip` (0..1). With the layer's width w and the blur's σ, dip =
-// erf(w / (2√2 σ)), and the value at its borders is reduced by erf(w / (√2 σ)) / 2.
+// ones). The blur has reduced the contrast of the layer to the fraction `dip` (0..1). If w is the layer's width and σ
+// the standard deviation of the blur, then dip = erf(w / (2√2 σ)), and the contrast at the borders is erf(w / (√2 σ)) /
+// 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -176,13 +181,14 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Finds dark tubes of about 2.5 mm width in cancellous bone, after Frangi 1998: across a tube the grey value rises
-// steeply in both directions, along the tube the value hardly changes.
+// Finds dark tubes of about 2.5 mm width in cancellous bone (after Frangi 1998). Across a tube, the grey value rises
+// steeply in both directions; along the tube, it hardly changes.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
-  // m: radius of a tube; smallest length of a canal; distance between centres
+  // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  constexpr double kLeastTube = 0.15;  // fraction of the contrast, lower limit; a tube of kRadius gives about a third
+  // smallest measure of a tube, as a fraction of the contrast; a tube with the radius kRadius has about a third
+  constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
   for_each_sample(*grey.set, [&](const glm::ivec3&, std::size_t i) {
@@ -209,7 +215,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // Finds the direction of the greatest extent, by power iteration.
+    // Finds the direction in which the canal is longest, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -223,7 +229,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
     if ((hi - lo) * voxel < kLeastLength) continue;
-    // Centres of slices across this direction, weighted by each sample's tube measure.
+    // Computes the centre of each slice perpendicular to this direction. The samples are weighted by their tube
+    // measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
     std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
@@ -253,7 +260,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
   constexpr int kBins = 300;
-  constexpr double kBrightest = 3600;  // Hounsfield units, limit of enamel; brighter voxels are metal
+  // Hounsfield units; enamel is not brighter than this, and brighter voxels are metal
+  constexpr double kBrightest = 3600;
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
   for (int x = 1; x + 1 < smoothed.size.x; ++x) {
@@ -268,7 +276,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Computes Otsu's two thresholds (1979), which minimise the variance within the three classes.
+  // Computes the two thresholds that minimise the variance within the three classes (Otsu 1979).
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -286,9 +294,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // The most frequent grey value of each class.
+  // Finds the most frequent grey value of each class.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    constexpr std::size_t kHalf = 6;  // bins, half width of the window
+    constexpr std::size_t kHalf = 6;  // half width, in bins, of the window over which the histogram is summed
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
       const double near = mass[std::min(i + kHalf + 1, to)] - mass[i > from + kHalf ? i - kHalf : from];
@@ -301,17 +309,17 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Lower limit of the ratio of enamel's density to that of dentin and cortical bone.
+  // Enamel must be denser than dentin and cortical bone by this factor.
   constexpr double kDenser = 1.3;
-  // Metal must be much brighter than enamel.
+  // Metal must be much brighter than enamel: it must exceed enamel by more than enamel exceeds dentin.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // voxels, smallest number that counts as metal
+  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels that counts as metal
   if (metal.size() >= kLeastMetal) {
-    // Third quartile, because many of these voxels are at borders
+    // The third quartile is used instead of the median, because many of these voxels lie at borders and are too dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
@@ -333,18 +341,19 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Reduces noise, and restores the width that thin layers (pulp, ligament, wall of a canal) had before the blur.
-  constexpr double kSmooth = 0.8;  // voxels
+  // Smooths the grey values to reduce noise, and gives thin layers (pulp, ligament, wall of a canal) the width that
+  // they had before the blur.
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
-  const double mm3 = 1e-9 / cubed(voxel);  // number of samples per mm³
+  const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
   const auto mask = [&](auto test) { return where(set, false, false, test); };
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Finds samples that certainly belong to crowns, and possible bone: bright samples beside the inner part of
-  // cancellous bone.
-  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes
+  // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
+  // next to marrow, which may be bone.
+  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes of a crown and of marrow
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);
@@ -361,9 +370,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Finds samples that certainly belong to bone: the outer plate away from crowns. At a wall that cuts the jaw, the
-  // outermost samples may belong to a cut root.
-  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate; distance from crowns
+  // Finds samples that certainly belong to bone: the outer plate of the jaw, far from crowns. Samples near a wall that
+  // cuts the jaw are excluded, because they may belong to a cut root.
+  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
   const auto at_cut = [&](const glm::ivec3& p) {
@@ -382,8 +391,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
                                                       [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // A tooth includes its cavities. A space that is connected to the surroundings only through gaps of one sample
-  // counts as a cavity.
+  // A tooth includes its cavities. A space also counts as a cavity if only gaps of one sample connect it to the
+  // surroundings.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -393,18 +402,18 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
-  // Find the canals in the remaining bone.
+  // Finds the canals in the bone that remains.
   progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
   });
   SparseMask canal(set, 0, 0);
   find_canals(grey, cancellous, greys, voxel, canal, out.report.canals);
-  constexpr int kCanalReach = 5;  // voxels, limit of the distance from the middle of a canal
+  constexpr int kCanalReach = 5;  // voxels, largest distance of a canal's samples from its middle
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // A canal's border has the grey value halfway to the bone around it. If the canal has a thin bright wall that the
-  // blur has dimmed, the value is higher.
+  // At the border of a canal, the grey value is halfway between the canal and the bone around it. If the canal has a
+  // thin bright wall that the blur has dimmed, the grey value at the border is higher.
   const LayerBound layer_bound;
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
@@ -413,7 +422,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    // fraction of the grey value's range from cancellous to cortical bone; brighter samples belong to a wall
+    // Position between the grey values of cancellous (0) and cortical bone (1). A brighter sample belongs to the
+    // canal's wall.
     constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
     const double rise = greys.hard - greys.soft;
@@ -423,8 +433,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
-  // The border of dentin has the grey value halfway to soft tissue. If the soft layer is so thin that the blur fills
-  // it, the value is higher.
+  // At the border of dentin, the grey value is halfway between dentin and soft tissue. If the soft layer is so thin
+  // that the blur fills it, the grey value at the border is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
@@ -433,13 +443,13 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // The blurred edge between metal and dentin is as bright as enamel.
+  // A sample at the blurred edge between metal and dentin is as bright as enamel, but must not become enamel.
   const SparseMask metal = mask([&](std::size_t i, const glm::ivec3&) {
     return greys.metal && brighter(i, 0.5 * (greys.enamel + *greys.metal));
   });
   const Sparse<float> to_metal = distance_squared_to(metal, 3);
 
-  constexpr double kLigament = 0.5e-3;  // m, limit of the ligament's width
+  constexpr double kLigament = 0.5e-3;  // m, largest width of the ligament
   const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     if (!body.v[i]) return;
@@ -462,10 +472,10 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
   });
 
-  // Uncertainty of a tissue's volume: the area of the tissue's border times the displacement of the border, which noise
-  // and the uncertainty of the grey values cause. For teeth and bone, the volume that the random walker may have
-  // labelled wrongly is added.
-  constexpr double kBorder = 0.1;  // voxels, displacement of a border, measured without noise
+  // Estimates the uncertainty of each tissue's volume. It is the area of the tissue's border multiplied by the
+  // uncertainty of the border's position. This comes from noise and from the uncertainty of the grey values. For teeth
+  // and bone, the volume is added that the random walker may have labelled wrongly.
+  constexpr double kBorder = 0.1;  // voxels, error of a border's position without noise, as measured
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
   PerTissue faces{};
@@ -480,7 +490,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Number of voxel faces per face area, for a surface at a random angle to the axes
+  // Area of the voxel faces that approximate a surface like steps, divided by the true area of the surface; mean value
+  // for a surface at a random angle to the axes.
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;

@@ -1,4 +1,4 @@
-// Labels of a jaw in a cone beam CT: bone, teeth, nerve canal, metal.
+// Finds the labels of a jaw in a cone beam CT: bone, teeth, nerve canal, metal.
 #pragma once
 
 #include <array>
@@ -10,38 +10,39 @@
 
 namespace typodont::haptics::importing {
 
-/// Grey values of a jaw's materials. Dentin and cortical bone are about equally bright.
+/// Grey values of the materials in a jaw. Dentin and cortical bone are about equally bright, so they have one value.
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
-  bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
-  std::optional<double> metal;  // grey value of metal; nullopt if the scan contains none
+  bool has_enamel = false;      // false if no crown is visible, so that `enamel` is a guess
+  std::optional<double> metal;  // grey value of metal; no value if the scan contains no metal
 
-  // lower limit of the grey value of dentin and cortical bone
+  // Lowest grey value of dentin and cortical bone.
   double bright() const { return 0.5 * (cancellous + hard); }
-  double crown() const { return 0.5 * (hard + enamel); }  // lower limit of the grey value of enamel
-  // upper limit of the grey value of a canal in cancellous bone
+  double crown() const { return 0.5 * (hard + enamel); }  // lowest grey value of enamel
+  // Highest grey value of a canal in cancellous bone.
   double canal() const { return 0.5 * (soft + cancellous); }
 };
 
-/// Finds the grey values by Otsu's method with two thresholds, from uniform regions brighter than `surface`. `offset`:
-/// grey value of 0 Hounsfield units.
+/// Finds the grey values with two thresholds (Otsu's method) in uniform regions brighter than `surface`. `offset` is
+/// the grey value of 0 Hounsfield units, and `noise` the standard deviation of the noise.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
-/// Standard deviation of the noise, from the differences of voxels that are three voxels apart. Valid if most of the
-/// scan is uniform.
+/// Standard deviation of the scan's noise, computed from the differences of voxels that are three voxels apart. Valid
+/// if most of the scan is uniform.
 double noise_of(const Grid<float>& scan);
 
-/// The walls of the scan or region that cut the tissue: the sample planes of the lower and upper wall of each axis;
-/// nullopt: no tissue at this wall.
+/// The walls of the scan or region that cut the tissue. For the lower and the upper wall of each axis, it contains the
+/// index of the plane of samples, or no value if there is no tissue at this wall.
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
-  Sparse<Tissue> tissue;  // labels in the body and up to two samples around it
-  JawReport report;       // centres of canals in samples of the grid
+  Sparse<Tissue> tissue;  // labels inside the body and up to two samples outside
+  JawReport report;       // facts about the labels; the centres of canals are in samples of the grid
 };
 
-/// `scan`: the segmented grey values. `walls`: cuts; the surface there is not the jaw's own. `noise`: standard
-/// deviation of their noise. `voxel`: m. `progress`: receives 0..1, may throw.
+/// Finds the labels of a jaw. `scan` contains the grey values that were segmented, and `noise` is the standard
+/// deviation of their noise. `walls` are the walls that cut the jaw, because the surface there is not the jaw's own.
+/// `voxel` is in m. `progress` is called with 0..1 and may throw.
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress);
 

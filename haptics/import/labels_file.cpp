@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// The labels in the sequence that both formats require: x runs fastest.
+/// Returns the labels in the order that both formats require: x is the fastest index.
 std::string labels_of(const DenseTissue& t) {
   std::string labels;
   labels.reserve(t.tissue.size());
@@ -33,7 +33,7 @@ std::string labels_of(const DenseTissue& t) {
   return labels;
 }
 
-/// Transform from voxels to mm in LPS; the columns of `step` are the steps along x, y and z.
+/// Transformation from voxels to mm in the space LPS. The columns of `step` are the steps along x, y and z.
 struct Placing {
   glm::dmat3 step{1};
   glm::dvec3 origin{0};
@@ -92,7 +92,7 @@ std::string nrrd_of(const Imported& imported) {
 std::string nifti_of(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const Placing p = placing_of(imported);
-  // bytes, length of the header, with four bytes that say that no extension follows
+  // Length of the header in bytes, including four bytes that state that no extension follows.
   constexpr std::size_t kHeader = 352;
   std::string head(kHeader, '\0');
   const auto put = [&](std::size_t at, auto value) { std::memcpy(&head[at], &value, sizeof value); };
@@ -107,13 +107,13 @@ std::string nifti_of(const Imported& imported) {
   for (std::size_t a = 3; a < 7; ++a) put(42 + 2 * a, std::int16_t{1});
   put(70, kUint8);
   put(72, kBits);
-  put(76, 1.0F);  // handedness of the fourth axis
+  put(76, 1.0F);  // sign of the fourth axis in the format's field pixdim[0]
   put(108, static_cast<float>(kHeader));
-  put(112, 1.0F);  // slope of the values
+  put(112, 1.0F);  // factor from stored numbers to values
   put(123, kMillimetres);
   put(254, kScannerSpace);
   for (int row = 0; row < 3; ++row) {
-    const double sign = row < 2 ? -1 : 1;  // converts LPS to RAS
+    const double sign = row < 2 ? -1 : 1;  // the signs of x and y change from LPS to RAS
     for (int column = 0; column < 4; ++column) {
       const double value = column < 3 ? p.step[column][row] : p.origin[row];
       put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(column),

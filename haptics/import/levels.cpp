@@ -17,7 +17,8 @@ static double quantile(std::vector<float>& values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// The voxels on the walls of the box. They belong to the surroundings, unless tissue covers more than half of them.
+// Returns the grey values of the voxels on the walls of the box. These voxels belong to the surroundings, unless tissue
+// covers more than half of them.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -31,7 +32,8 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  return 1.4826 * quantile(values, 0.5);  // median absolute deviation, scaled to a standard deviation
+  // 1.4826 times the median absolute deviation, which estimates the standard deviation
+  return 1.4826 * quantile(values, 0.5);
 }
 
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
@@ -41,7 +43,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  // Only uniform regions are used, because at an edge the grey value is a mixture of two tissues.
+  // Uses only uniform regions, because at an edge the grey value is a mixture of two tissues.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
   for_each_slab(greys.size.x, [&](int x) {
@@ -65,7 +67,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // The histogram is smoothed with the width of the noise.
+  // Smooths the histogram over the width of the noise.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
@@ -79,8 +81,9 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Finds peaks, from the highest to the lowest. A peak ends at its pass, the lowest value between it and a higher
-  // peak. A peak that rises above its pass by less than 40 % of its own height is part of the higher peak.
+  // Finds the peaks of the histogram, from the highest to the lowest. The pass of a peak is the lowest value between it
+  // and a higher peak. If a peak rises above its pass by less than 40 % of its own height, it is part of the higher
+  // peak.
   struct Hill {
     int top;
     double pass = 0;
@@ -111,7 +114,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-    } else {  // at a pass, the lower peak ends; it is a peak of its own or a shoulder of the higher peak
+    } else {  // at a pass, the lower peak ends: it is either a peak of its own or part of the higher peak
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
       const int high = left_higher ? left : right, low = left_higher ? right : left;
@@ -125,7 +128,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // The bin's mass belongs to the peak that a climb from this bin reaches.
+    // The voxels of a bin belong to the peak to which an ascent from this bin leads.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -146,7 +149,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
     if (hill.top < 0) continue;
-    // Computes the position of the top to a fraction of a bin, from a parabola through three points.
+    // Computes the position of the peak's top more precisely than a bin, from a parabola through three points.
     const auto t = static_cast<std::size_t>(hill.top);
     double shift = 0;
     if (t > 0 && t + 1 < kBins) {
@@ -161,21 +164,22 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
 
 namespace {
 
-/// A scale of grey values that differ from Hounsfield units by a constant. In Hounsfield units, air is −1000, water
-/// 0, soft tissue −120 (fat) to 80.
+/// A scale of grey values that differ from Hounsfield units only by a constant. In Hounsfield units, air is −1000,
+/// water 0, and soft tissue from −120 (fat) to 80.
 struct HounsfieldScale {
   double offset;
-  std::string source;  // text that says how the scale was found, for the note
+  std::string source;  // text for the user that states how the scale was found
 };
 
-/// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart; nullopt if there are no such
-/// peaks.
+/// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart. Returns no value if there are no
+/// such peaks.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // Grey values relative to water: lower limit of the brightest bone, upper limit of metal
+  // Grey values above that of water: smallest value of the brightest bone, and largest value of metal.
   constexpr double kLeastBone = 300, kMost = 8000;
-  constexpr double kLeastMass = 0.01;  // lower limit of each peak's size, as a fraction of all voxels
-  // kUsual: Hounsfield units, offsets of common scanners, most frequent first. kNear: Hounsfield units, tolerance.
+  constexpr double kLeastMass = 0.01;  // smallest size of each peak, as a fraction of all voxels
+  // kUsual: grey values of 0 Hounsfield units in common scanners, the most frequent first. kNear: tolerance. Both in
+  // Hounsfield units.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
@@ -198,7 +202,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   return found;
 }
 
-/// The peak with the most voxels between two grey values; very small peaks are ignored.
+/// Returns the peak with the most voxels between two grey values. Very small peaks are ignored.
 std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
   constexpr double kLeastMass = 0.002;
   const Peak* best = nullptr;
@@ -208,8 +212,8 @@ std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, d
   return best ? std::optional(best->level) : std::nullopt;
 }
 
-/// Applies the given thresholds for surroundings and softer tissue. A given surface threshold is used unchanged; the
-/// grey values on both sides of the threshold are peaks of the histogram, if it has peaks there.
+/// Uses the thresholds that the user gave for the surface and for the denser tissue. The threshold of the surface is
+/// used unchanged. The grey values on both sides of it come from the peaks of the histogram, if there are such peaks.
 void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
                     double brightest, Levels& levels) {
   if (options.surface_grey) {
@@ -219,9 +223,10 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // The brightest of the darker materials touches the tissue: soft tissue in a CT of a head, air around a tooth.
+    // The material next to the tissue is the brightest of the darker materials: soft tissue in a CT of a head, air
+    // around a tooth.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // grey value that the tissue would have if the surface were at half height
+    // grey value that the tissue would have if the threshold were halfway between tissue and surroundings
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
@@ -258,7 +263,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo),
                 "tissue in a darker surround");
   }
-  // Hounsfield units identify the tissues.
+  // If the grey values are Hounsfield units plus a constant, they identify the tissues.
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
@@ -269,8 +274,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Select the peaks brighter than the surroundings. A peak much nearer to the surroundings than to the brightest
-  // peak is soft tissue or pulp.
+  // Selects the peaks that are brighter than the surroundings. A peak that is much nearer to the surroundings than to
+  // the brightest peak is soft tissue or pulp, and is omitted.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {
@@ -297,8 +302,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // Initial values: soft tissue at 0, first surface at 300. segment() then refines the surface with nearby grey
-    // values.
+    // Initial values in Hounsfield units: soft tissue at 0, and a surface at 300. segment() then improves the surface
+    // with the grey values nearby.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -1,4 +1,4 @@
-// Finds the grey values of surroundings and tissues in the histogram.
+// Finds the grey values of the surroundings and of the tissues in the histogram of a scan.
 #pragma once
 
 #include <filesystem>
@@ -11,30 +11,34 @@
 namespace typodont::haptics::importing {
 
 struct Levels {
-  double outside = 0;           // grey value of the surroundings
-  double soft = 0;              // grey value of the softer tissue (dentin, cancellous bone)
-  std::optional<double> dense;  // grey value of the denser tissue (enamel, cortical bone), if there are two tissues
-  bool fixed_dense = false;     // the threshold between the two tissues was given, not found
-  bool fixed_surround = false;  // thin layers on the tissue that are as bright as `outside` count as surroundings
-  double height = 0.5;          // 0..1, position of the surface threshold between the grey values `outside` and `soft`
-  std::optional<double> hounsfield;  // grey value of 0 Hounsfield units, if the scale is known
+  double outside = 0;  // grey value of the surroundings
+  double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
+  // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
+  std::optional<double> dense;
+  bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
+  // true if a thin layer on the tissue that is as bright as `outside` counts as surroundings
+  bool fixed_surround = false;
+  double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
+  std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;         // standard deviation after smoothing
+  double smoothed_noise = 0;         // the same standard deviation after smoothing
 
-  /// Grey value of the surface. A threshold at half height finds the true position of a blurred edge.
+  /// Grey value of the surface. At the true position of a blurred edge, the grey value is halfway between both sides.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }
 };
 
 struct Peak {
-  double level;  // grey value
-  double mass;   // fraction of all voxels, counted between the adjacent valleys
+  double level;  // grey value of the peak
+  double mass;   // fraction of all voxels that lie between the adjacent valleys
 };
-/// Peaks of the histogram that rise clearly above their valleys, from dark to bright.
+/// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur` is the width
+/// of the noise.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// `smoothed`: `grey` after slight smoothing. Throws Error if no tissue is found.
+/// Finds the grey values. `smoothed` contains the values of `grey` after slight smoothing. Throws Error if no tissue is
+/// found.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 

@@ -23,11 +23,11 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Polygons as the file contains them: corners at the same position may be different points.
+// Polygons as the file contains them. Corners at the same position may be different points.
 struct Soup {
   std::vector<std::array<float, 3>> points;
   std::vector<std::vector<std::size_t>> faces;
-  std::vector<Color> colors;  // colour of each point; empty if the file has no colours
+  std::vector<Color> colors;  // colour of each point; empty if the file contains no colours
 };
 
 std::uint8_t color_byte(double share) {
@@ -40,8 +40,8 @@ std::string lower_extension(const std::filesystem::path& file) {
   return e;
 }
 
-// Reads PLY files, text or binary. assimp's reader does not check counts and indices: broken files crash it or block
-// it for minutes.
+// Reads PLY files, both text and binary. The library assimp is not used for PLY, because it does not check counts and
+// indices: damaged files crash it or block it for minutes.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)
@@ -236,12 +236,13 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Merges points: a point within a small distance of an earlier point is replaced by the earlier point.
+/// Merges points. A point within a small distance of an earlier point is replaced by the earlier point.
 class Welder {
  public:
   Welder(double tolerance, Mesh& mesh) : tolerance_(tolerance), cell_(16 * tolerance), mesh_(mesh) {}
 
-  /// Index of the point; `moved`: it was merged with an earlier point at a different position.
+  /// Returns the index of the point. `moved` is true if the point was merged with an earlier point at a different
+  /// position.
   int add(const glm::dvec3& p, bool& moved) {
     const Cell lo = cell_of(p - tolerance_), hi = cell_of(p + tolerance_);
     for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
@@ -302,7 +303,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
   }
   const double diagonal = soup.points.empty() ? 0 : unit * glm::length(hi - lo);
   if (!(diagonal > 0 && diagonal < 1e6)) throw Error(file.string(), "mesh", "no triangles", "a surface");
-  // Corners at the same position are one point, even with different normals or texture coordinates.
+  // Corners at the same position become one point, even if they have different normals or texture coordinates.
   Welder welder(std::min(kWeldShare * diagonal, kWeldMost), mesh);
   std::vector<int> index(soup.points.size());
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
@@ -314,7 +315,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
     if (mesh.points.size() > before && !soup.colors.empty()) mesh.colors.push_back(soup.colors[i]);
   }
   for (const auto& face : soup.faces) {
-    for (std::size_t k = 2; k < face.size(); ++k) {  // triangulates the polygon as a fan
+    for (std::size_t k = 2; k < face.size(); ++k) {  // divides the polygon into a fan of triangles
       const std::array<int, 3> c = {index[face[0]], index[face[k - 1]], index[face[k]]};
       if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0])
         mesh.corners.push_back(c);
@@ -327,7 +328,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
 }
 
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
-  constexpr double kSmallHole = 6e-3;  // m, limit of a border's length: a hole about 2 mm wide
+  constexpr double kSmallHole = 6e-3;  // m, largest length of a border that is closed; such a hole is about 2 mm wide
   Mesh mesh = read_surface(file, unit, repairs);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);

@@ -12,11 +12,11 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // threshold, sixths of the winding number; a sample with at least this value is inside
+constexpr int kInside = 3;  // a sample is inside if its winding number, in sixths, is at least this
 
-/// Collects the parts of the triangles that have the outside on one side. Triangles within the body (where parts of
-/// the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about one
-/// voxel.
+/// Collects the triangles that have the outside on one of their sides. Triangles completely within the body (where
+/// parts of the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about
+/// one voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -27,7 +27,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // the whole triangle is kept, so it is added unsplit
+      if (add(t, skin)) {  // if no part of the triangle was omitted, it is added unsplit
         skin.resize(before);
         skin.push_back(t);
       }
@@ -36,9 +36,9 @@ class Skin {
   }
 
  private:
-  /// Adds the kept parts of a triangle. Returns true if all of it was kept.
+  /// Adds those parts of a triangle that have the outside on one side. Returns true if this is the whole triangle.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels, limit: smaller triangles are not split
+    constexpr double kSmall = 2;  // voxels; a smaller triangle is not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;
@@ -61,19 +61,19 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // Selects a point of the triangle away from its centre, because the centres of opposite faces can coincide on a
-    // diagonal.
+    // The test point is not the triangle's centre, because the centres of opposite faces can coincide on a diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // The first test reads the two samples at the distance kAround from the triangle, whose values exist already. The
-    // second test computes the winding number at the two points at the distance kBeside.
-    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels
+    // The triangle has the outside on one side if the winding numbers on both sides differ. The first test reads the
+    // samples at the distance kAround on both sides, whose winding numbers are already known. The second test computes
+    // the winding numbers at the distance kBeside. Both distances are in voxels.
+    constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
       return part_.holds(i) ? part_[i] : std::uint8_t{0};
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    if (one != other) return true;  // there may be a crack between both parts
+    if (one != other) return true;  // between two different parts there may be a crack
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
   }
@@ -83,8 +83,8 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// An outside sample that lies on one grid line between two different parts, at most three voxels apart, becomes part
-/// of the second one.
+/// Closes cracks. If a sample outside lies on a grid line between two different parts that are at most three voxels
+/// apart, it becomes part of the second one.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -125,10 +125,12 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   Grid<float>& distance = filled.distance;
 
   filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
-  // Where inside and outside meet away from the mesh, the mesh has an opening, which is closed by a cap.
+  // Marks the samples where inside and outside meet although no mesh is near. There the mesh has an opening, which is
+  // closed by a cap.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    constexpr float kOnMesh = 1;  // voxels, limit of the distance from the mesh; nearer samples are at the mesh itself
+    // voxels; samples nearer to the mesh than this are at the mesh itself and not at an opening
+    constexpr float kOnMesh = 1;
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {
       if (distance.v[i] <= kOnMesh) continue;
@@ -143,7 +145,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     }
   }
   const Grid<float> to_cap = filled.capped ? distance_squared_to(cap) : Grid<float>();
-  constexpr double kShell = 1;  // voxels, half the thickness of a sheet
+  constexpr double kShell = 1;  // voxels, half of the thickness that a sheet gets
   for (std::size_t i = 0; i < distance.v.size(); ++i) {
     double d = static_cast<double>(distance.v[i]);
     if (filled.capped) d = std::min(d, std::sqrt(static_cast<double>(to_cap.v[i])) + 0.5);

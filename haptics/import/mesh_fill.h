@@ -1,4 +1,4 @@
-// Fills triangle meshes to solids on a grid.
+// Converts triangle meshes to solids on a grid.
 #pragma once
 
 #include <span>
@@ -9,19 +9,19 @@
 namespace typodont::haptics::importing {
 
 struct FilledMesh {
-  Grid<float> distance;  // voxels, negative inside; clamped to the band outside
-  Mask part;             // number of the part for every sample inside, from 1; 0 outside
-  bool capped = false;   // true: an opening was closed by a cap, at the winding number 0.5
-  bool sheet = false;    // true: the mesh encloses no volume, so it becomes a shell of two voxels
+  Grid<float> distance;  // signed distance in voxels, negative inside; clamped to the band outside
+  Mask part;             // for every sample: number of the part (from 1) that contains it; 0 outside
+  bool capped = false;   // true if the mesh had an opening, which was closed by a cap where the winding number is 0.5
+  bool sheet = false;    // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
 };
 
-/// Fills the parts of a mesh. A sample is inside a part if its generalized winding number (winding_sixths) is 0.5 or
-/// more. The body is the union of all parts; where parts overlap, the later part is used. Cracks between parts, up to
-/// three voxels wide, are filled with one of the parts. Triangles within the body do not count for the distance.
-/// Triangles are in the index space of the grid; `band` in voxels.
+/// Fills the parts of a mesh. A sample is inside a part if its generalized winding number is 0.5 or more (3 sixths, see
+/// winding_sixths()). The body is the union of all parts; where parts overlap, the later part is used. Cracks of up to
+/// three voxels between parts are filled. Triangles within the body do not count for the distance. The triangles are in
+/// the index space of the grid, and `band` is in voxels.
 FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
-/// Assigns the nearest part to samples up to `reach` voxels outside the body, so that labels can be read at the
+/// Gives samples up to `reach` voxels outside the body the number of the nearest part. So labels can be read at the
 /// surface.
 void spread_parts(FilledMesh& filled, double reach);
 

@@ -20,9 +20,9 @@ namespace {
 using glm::dvec3;
 
 struct EdgeUse {
-  int low, high;  // indices of both points, sorted
+  int low, high;  // indices of the edge's two points; low < high
   std::size_t triangle;
-  bool up;  // the triangle's edge runs from `low` to `high`
+  bool up;  // true if the triangle runs along the edge from `low` to `high`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {
@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// Calls use(first, end) for the edge uses of each edge.
+/// Calls use(first, end) for each edge, with the range of the entries of the triangles at this edge.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {
@@ -81,8 +81,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // The triangle on the other side of an edge that has exactly two triangles, and whether both triangles have the
-  // same direction along the edge.
+  // The triangle on the other side of an edge that has exactly two triangles. It also states whether both triangles run
+  // along the edge in the same direction.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -120,7 +120,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // Border edges with their direction, from each point to the next one.
+  // The edges of borders with their direction, from each point to the next point.
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -141,8 +141,8 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // Walks from point to point. When the walk returns to a point, the loop since the first visit of that point is a
-    // border.
+    // Follows the edges from point to point. When a point is visited again, the points since its first visit form a
+    // closed border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {
@@ -189,7 +189,7 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs) {
 
 Shells shells_of(const Mesh& mesh, bool nesting) {
   Shells shells;
-  // Groups triangles that are connected over edges (union–find).
+  // Groups the triangles that are connected over edges (union–find).
   std::vector<int> root(mesh.corners.size());
   for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
   const auto find = [&](int i) {
@@ -205,7 +205,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   });
   std::map<int, int> number;
   std::vector<std::vector<Triangle>> triangles;
-  std::vector<dvec3> first;  // one point of each shell
+  std::vector<dvec3> first;  // one point of each shell, for the test whether another shell contains it
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto [it, fresh] = number.try_emplace(find(static_cast<int>(t)), static_cast<int>(number.size()));
     const auto s = static_cast<std::size_t>(it->second);
@@ -257,8 +257,8 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Files with outward-facing triangles in hollows are as common as files with inward-facing ones, so reversing
-    // them does not count as a repair.
+    // Only an outer shell counts as repaired. In many files, the triangles of hollows face outward, so a reversed
+    // hollow is no repair.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -1,4 +1,4 @@
-// Repairs triangle meshes: removes duplicate faces, orients faces, closes holes, separates shells.
+// Repairs triangle meshes: removes copies of triangles, orients triangles, closes holes, separates shells.
 #pragma once
 
 #include <vector>
@@ -7,41 +7,43 @@
 
 namespace typodont::haptics::importing {
 
-/// Removes triangles with the same corners in the same order as an earlier triangle.
+/// Removes each triangle that has the same corners in the same order as an earlier triangle.
 void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 
 /// Reverses triangles so that two neighbours run along their common edge in opposite directions. In each connected
-/// part, the smaller number of triangles is reversed.
+/// piece, the smaller number of triangles is reversed.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// A path along border edges (edges with an odd number of triangles), in the direction of their triangles.
+/// A border of a mesh: a path along edges that have an odd number of triangles, in the direction of these triangles.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m
-  bool closed = true;  // false: the path is not a loop, because the triangles around it have inconsistent directions
+  bool closed = true;  // false if the path is no loop, because the triangles at it have inconsistent directions
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Closes one closed border by triangles around its centre.
+/// Closes a hole whose border is closed, with triangles around the border's centre.
 void close_border(Mesh& mesh, const Border& border);
 
-/// Closes all borders with a length of at most `longest` (m) or at most four edges.
+/// Closes all holes whose border is at most `longest` (m) long or has at most four edges.
 void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 
-/// Parts of a mesh that are connected over edges.
+/// The shells of a mesh. A shell is a piece of the mesh whose triangles are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  // m³, signed volume of each shell; an open shell is closed at its first point to compute its volume
+  // Signed volume of each shell in m³. An open shell is closed at its first point for this computation.
   std::vector<double> volume;
-  // Number of other shells that contain this shell completely; 0 if there are more than kMostNested shells
+  // Number of other shells that contain this shell completely. It is 0 for all shells if there are more than
+  // kMostNested shells.
   std::vector<int> depth;
 };
-inline constexpr std::size_t kMostNested = 200;  // limit of the number of shells; more shells count as fragments
-/// `nesting`: also compute the depths.
+// largest number of shells for which this is computed; more shells are probably fragments
+inline constexpr std::size_t kMostNested = 200;
+/// Finds the shells of a mesh. With `nesting`, it also computes Shells::depth.
 Shells shells_of(const Mesh& mesh, bool nesting);
 
-/// Orients the shells. A shell inside an even number of other shells (or none) is made to face outward; all other
-/// shells are hollows and are made to face inward.
+/// Orients the shells. A shell that lies inside an even number of other shells (or none) is made to face outward. All
+/// other shells are hollows and are made to face inward.
 void turn_shells(Mesh& mesh, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

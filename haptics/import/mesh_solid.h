@@ -1,4 +1,4 @@
-// A closed triangle mesh as a solid, with the exact distance to its triangles. Set-up time.
+// Uses a closed triangle mesh as a solid, with the exact distance to its triangles. Set-up time.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,8 @@
 
 namespace typodont::haptics {
 
-/// Reads STL, PLY or OBJ. `unit`: m per unit of the file. Throws Error, also if the surface is not closed.
+/// Reads a mesh file (STL, PLY or OBJ). `unit` is the length in m of one unit of the file. Throws Error, also if the
+/// surface is not closed.
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit);
 
 }  // namespace typodont::haptics

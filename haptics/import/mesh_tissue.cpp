@@ -22,14 +22,15 @@ using importing::Triangle;
 namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
-constexpr double kLeastVoxel = 0.1e-3;  // m, smallest default voxel
-constexpr double kUsualVoxels = 12e6;   // limit of the number of voxels if the default voxel is used
-constexpr double kVoxelStep = 0.01e-3;  // m, step: the default voxel size is rounded up to a multiple of this value
-constexpr double kBand = 1.5e-3;        // m, limit of the stored distances
-constexpr double kLeastArea = 1e-9;     // lower limit of the area, as a fraction of the squared longest extent
-constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, limits of a mesh's longest extent
+constexpr double kLeastVoxel = 0.1e-3;  // m, smallest voxel edge that is chosen automatically
+constexpr double kUsualVoxels = 12e6;   // largest number of voxels if the voxel edge is chosen automatically
+// m; a voxel edge that is chosen automatically is rounded up to a multiple of this
+constexpr double kVoxelStep = 0.01e-3;
+constexpr double kBand = 1.5e-3;     // m, largest stored distance
+constexpr double kLeastArea = 1e-9;  // smallest area of a mesh, as a fraction of its squared longest extent
+constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
-/// Six times the volume that the triangles enclose, relative to the first vertex.
+/// Six times the volume that the triangles enclose. The first vertex is used as the origin.
 double six_volumes(const TissueMesh& mesh) {
   const dvec3 from = mesh.vertices.front();
   double sum = 0;
@@ -39,9 +40,10 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// Returns true if, at every edge, the triangles form pairs that run along the edge in opposite directions.
+/// True if the mesh is closed: at every edge, the triangles form pairs that run along the edge in opposite directions.
 bool is_closed(const TissueMesh& mesh) {
-  std::vector<std::array<unsigned, 3>> edges;  // both vertices, sorted, and the direction
+  // for each edge of a triangle: its two vertices, sorted, and its direction
+  std::vector<std::array<unsigned, 3>> edges;
   for (const glm::uvec3& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
       const unsigned a = t[k], b = t[(k + 1) % 3];

@@ -1,5 +1,6 @@
-// MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib-compressed numbers. The available readers belong to
-// ITK or VTK and do not check the header. So the header is checked here, and zlib decompresses the numbers.
+// Reads MetaImage files (.mha, .mhd). The header consists of lines "Key = Value"; then follow numbers, plain or
+// compressed by zlib. The readers of the libraries ITK and VTK do not check the header. So this file checks the header
+// itself and uses only zlib.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -21,7 +22,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // position in the file at which LOCAL data begin
+  std::streamoff end = 0;  // position in the file where the data begin, if they follow the header (LOCAL)
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);
@@ -71,7 +72,7 @@ static Header read_header(const std::filesystem::path& file) {
       throw Error(file.string(), fmt::format("line {}", number), excerpt(line), "Key = Value");
     const std::string key = trimmed(line.substr(0, equals));
     header.entries[key] = {trimmed(line.substr(equals + 1)), number};
-    if (key == "ElementDataFile") {  // this key must be the last one
+    if (key == "ElementDataFile") {  // this key must be the last one of the header
       header.end = in ? static_cast<std::streamoff>(in.tellg()) : static_cast<std::streamoff>(size_of_file(file));
       return header;
     }
@@ -94,11 +95,11 @@ static std::vector<char> read_bytes(const std::filesystem::path& file, std::uint
 static std::vector<char> unpack(const std::filesystem::path& file, const std::vector<char>& packed, std::size_t bytes) {
   std::vector<char> out(bytes);
   z_stream z{};
-  // The value 15 + 32 accepts the headers of zlib and gzip
+  // With the value 15 + 32, zlib accepts the headers of zlib and gzip.
   if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // works in pieces, because zlib counts in 32 bits
+  while (state == Z_OK && got < bytes) {  // works in pieces, because the counters of zlib have 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
@@ -141,7 +142,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
       {"MET_USHORT", Element::kUint16},
       {"MET_INT", Element::kInt32},
       {"MET_UINT", Element::kUint32},
-      // MET_LONG and MET_ULONG always have 4 bytes in MetaImage
+      // In MetaImage, MET_LONG and MET_ULONG always have 4 bytes.
       {"MET_LONG", Element::kInt32},
       {"MET_ULONG", Element::kUint32},
       {"MET_LONG_LONG", Element::kInt64},
@@ -157,7 +158,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // Find file and position of the numbers.
+  // Finds the file that contains the numbers, and their position in it.
   const std::string& name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
@@ -182,7 +183,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
   RawScan scan;
   scan.format = "MetaImage";
   scan.space = "LPS";
-  scan.has_unit = true;  // millimetres, by definition of the format
+  scan.has_unit = true;  // the format defines that lengths are in mm
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   if (!binary) {
     if (static_cast<double>(present) < 2.0 * static_cast<double>(count) - 1) {
@@ -208,7 +209,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
     scan.grey = decode(packed ? unpack(data, read, bytes) : read, count, element, swap);
   }
 
-  // Read spacing, directions and origin; they are in millimetres, by definition of the format.
+  // Reads spacing, directions and origin, which are in mm by definition of the format.
   const char* spacing = header.find("ElementSpacing") ? "ElementSpacing" : "ElementSize";
   scan.spacing_place =
       header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";

@@ -22,7 +22,8 @@ using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
 using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
 }  // namespace
 
-// The location of a header field, for messages: for example "line 4 (type)"; "header" if the header has no such line.
+// Returns the position of a header field for messages, for example "line 4 (type)", or "header" if the header has no
+// such line.
 static std::string place_of(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -32,7 +33,8 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
-// teem 1.12 copies lines of a broken header into fixed-size buffers for messages, so longer lines are rejected here.
+// Rejects headers with very long lines. For its messages, teem 1.12 copies lines of a damaged header into buffers of
+// fixed size, which longer lines would overflow.
 static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
@@ -46,7 +48,7 @@ static void check_header(const std::filesystem::path& file) {
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
-    // A "key:=value" pair, which may contain ": " in its value.
+    // True for a pair "key:=value", whose value may contain ": ".
     const bool pair = line.find(":=") < line.find(": ");
     const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
@@ -58,8 +60,8 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// Checks the length of the words in text data. teem 1.12 copies each number into a fixed-size buffer on its stack, so
-// longer words are rejected here.
+// Rejects text data with very long words. teem 1.12 copies each number into a buffer of fixed size on its stack, which
+// longer words would overflow.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -87,7 +89,8 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// The last line of teem's error message, which is nearest to the cause. `all`, if given, receives the whole message.
+// Returns the last line of teem's error message, which is nearest to the cause. If `all` is given, it receives the
+// whole message.
 static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
   std::string cause = text ? text.get() : "an unreadable file";
@@ -128,7 +131,7 @@ static std::optional<double> millimetres_per(std::string unit) {
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);
-  // Reads only the header first, so that sizes are checked before memory is allocated.
+  // Reads only the header first, because sizes must be checked before memory is allocated.
   const NrrdOwner header(nrrdNew());
   const StateOwner state(nrrdIoStateNew());
   state->skipData = 1;
@@ -148,12 +151,12 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 
-  // Checks whether the files can contain this amount of data.
+  // Checks whether the files are large enough to contain the data.
   double present = 0;
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    known = false;  // the slices are numbered files; teem reports a missing or short one
+    known = false;  // the slices are in numbered files; teem reports a file that is missing or too short
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
       const std::filesystem::path part = file.parent_path() / state->dataFN[i];
@@ -164,9 +167,9 @@ static RawScan read_nrrd(const ScanRequest& request) {
     present = static_cast<double>(size_of_file(file));
   }
   const std::string encoding = state->encoding == nrrdEncodingAscii ? "ascii" : state->encoding->name;
-  double least = 0;  // bytes, lower limit of the encoded data
+  double least = 0;  // smallest possible size, in bytes, of the encoded data
   if (encoding == "raw") least = bytes;
-  if (encoding == "gzip") least = bytes / 1032;  // 1032 is the highest compression ratio of deflate
+  if (encoding == "gzip") least = bytes / 1032;  // 1032 is the highest compression ratio of the method deflate
   if (encoding == "bzip2") least = bytes / 46e6;
   if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
@@ -187,7 +190,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header is valid, so the data must contain the error.
+    // The header was valid, so the error must be in the data.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));
@@ -206,7 +209,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
   if (scan.spacing_place == "header") scan.spacing_place = "spacings";
-  // A left-handed space is converted to a right-handed one by reversing its first axis.
+  // A left-handed space is converted to a right-handed space by reversing its first axis.
   const bool left_handed = nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpace3DLeftHanded;
   for (std::size_t k = 0; k < 3; ++k) {
     const NrrdAxisInfo& axis = nrrd->axis[axes[k]];
@@ -214,14 +217,14 @@ static RawScan read_nrrd(const ScanRequest& request) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
-      // If a space is stated without directions but with spacings, the axes are those of the space.
+      // If the file states a space and spacings but no directions, the directions are those of the space's axes.
       if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
         step = glm::dvec3(0);
         step[static_cast<int>(k)] = axis.spacing;
         scan.spacing_place = place_of(file, "spacings");
       }
       if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
-      // An anatomical space is in millimetres unless the file states another unit.
+      // In an anatomical space, lengths are in mm unless the file states another unit.
       scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
     } else {
       step[static_cast<int>(k)] = axis.spacing;

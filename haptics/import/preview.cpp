@@ -1,4 +1,4 @@
-// Pictures of an imported tissue, for visual inspection.
+// Writes pictures of an imported tissue, so that the user can check it.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -64,15 +64,15 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// Draws the surface, lit from above, from four sides and both ends, side by side. The picture shows whether the
-// surface is smooth, complete and upright.
+// Draws the surface from four sides and from both ends, side by side, with light from above. The picture shows whether
+// the surface is smooth, complete and upright.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
   const dvec3 middle = 0.5 * (lo + hi);
   const double reach = 0.5 * glm::length(hi - lo);
   constexpr int kTile = 420;
-  const auto distance = [&](const dvec3& p) {  // voxels; trilinear
+  const auto distance = [&](const dvec3& p) {  // trilinear distance in voxels
     const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
     const glm::ivec3 i(q);
     const dvec3 f = q - dvec3(i);
@@ -140,8 +140,8 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
   const double white = report.dense_level.value_or(report.soft_grey) * 1.1 - 0.1 * report.outside_grey;
   std::vector<std::filesystem::path> files;
 
-  // Draws one slice perpendicular to axis `w` at `level`; `u` points right, `v` up. Grey values on the left, tissue
-  // on the right.
+  // Draws one slice perpendicular to the axis `w` at `level`. The axis `u` points right, and `v` points up. Grey values
+  // are on the left, and the tissue is on the right.
   const auto slice = [&](const std::string& name, int w, int u, int v, double level) {
     const int pixels = std::clamp(720 / std::max(t.size[u], t.size[v]), 1, 12);
     const int width = (t.size[u] - 1) * pixels, height = (t.size[v] - 1) * pixels;
@@ -163,7 +163,7 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
                  fa * ((1 - fb) * static_cast<double>(g[at(ia + 1, ib)]) +
                        fb * static_cast<double>(g[at(ia + 1, ib + 1)]));
         };
-        const double d = mix(t.distance) / t.frame.voxel * pixels;  // pixels, distance from the surface
+        const double d = mix(t.distance) / t.frame.voxel * pixels;  // distance from the surface in pixels
         const double grey = has_grey ? std::clamp((mix(imported.grey) - black) / (white - black), 0.0, 1.0) : 0.25;
         dvec3 color(0.6 * grey);
         if (d <= 0)

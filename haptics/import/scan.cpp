@@ -93,7 +93,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // bytes per voxel: one copy of the scan as read, and one copy with reordered axes
+  // bytes per voxel for one copy of the scan as read and one copy with other axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,
@@ -154,7 +154,7 @@ const std::vector<ScanFormat>& scan_formats() {
   return formats;
 }
 
-/// Lists the formats with their extensions: "NRRD .nrrd .nhdr, NIfTI .nii".
+/// Returns a list of the formats with their extensions: "NRRD .nrrd .nhdr, NIfTI .nii".
 static std::string formats_in_words() {
   std::string text;
   for (const ScanFormat& format : scan_formats())
@@ -162,7 +162,8 @@ static std::string formats_in_words() {
   return text;
 }
 
-/// Finds the format from the first bytes, otherwise from the extension; null: unknown.
+/// Finds the format from the first bytes of the file, or else from the extension. Returns null if the format is
+/// unknown.
 static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
   const std::string name = lower_name(file);
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
@@ -200,19 +201,20 @@ static RawScan read_any(const ScanRequest& request) {
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
-// Permutes and reverses the axes so that each runs along the nearest axis of the file's space. The result is never a
-// mirror image, so left teeth stay left. The remaining oblique rotation becomes world_rotation.
+// Exchanges and reverses the axes, so that each axis runs nearly along an axis of the file's space. The result is never
+// a mirror image, so the left side of the patient stays left. An oblique rotation that remains is stored in
+// world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
   scan.space = raw.space;
   scan.notes = std::move(raw.notes);
-  glm::ivec3 from(0, 1, 2);  // world axis w corresponds to the file's axis from[w]
+  glm::ivec3 from(0, 1, 2);  // axis w of the result is the file's axis from[w]
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // pairs the best-aligned axes first
+  for (int round = 0; round < 3; ++round) {  // in each round, pairs the two axes whose directions agree best
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
@@ -228,16 +230,17 @@ static Scan align(RawScan&& raw) {
     straightest = std::min(straightest, best);
   }
   glm::ivec3 size;
-  glm::dvec3 first = raw.origin;  // position of the new voxel (0,0,0)
+  glm::dvec3 first = raw.origin;  // position of voxel (0,0,0) of the result
   for (int w = 0; w < 3; ++w) {
     const auto& step = raw.step[static_cast<std::size_t>(from[w])];
     size[w] = raw.size[from[w]];
     scan.spacing[w] = glm::length(step) * kMillimetre;
     if (sign[w] < 0) first += step * static_cast<double>(size[w] - 1);
   }
-  constexpr double kOblique = 0.9999;  // cosine, 0.8 degrees
+  constexpr double kOblique = 0.9999;  // cosine of 0.8 degrees; an angle above this counts as oblique
   if (straightest < kOblique) {
-    // Computes the rotation nearest to the three directions, by averaging with the inverse transpose (Higham 1986).
+    // Computes the rotation nearest to the three directions. The matrix is repeatedly replaced by the mean of itself
+    // and its inverse transpose (Higham 1986).
     glm::dmat3 r;
     for (int w = 0; w < 3; ++w)
       r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
@@ -252,14 +255,14 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // For each new axis: offset of its first voxel in the file's data, and step to the next voxel.
+  // For each axis of the result: offset of its first voxel in the file's data, and step to the next voxel.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // Works in slabs, so that a voxel is written soon after it was read.
+  // Works in slabs, because a voxel should be written soon after it was read (cache).
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -277,7 +280,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
   glm::dvec3 n = glm::cross(u, v);
   if (glm::dot(n, raw.step[2]) < 0) n = -n;
-  // tolerance, cosine of 89.4 degrees: two axes count as perpendicular up to this cosine
+  // Cosine of 89.4 degrees. Two axes count as perpendicular if the cosine of their angle is at most this.
   constexpr double kSquare = 0.01;
   if (std::abs(glm::dot(u, v)) > kSquare) {
     throw Error(file.string(), "axis directions",
@@ -287,7 +290,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
                angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
   constexpr double kStraight = 0.1 * kPi / 180;
   if (angle < kStraight) return 0;
-  // Displacement of a slice relative to the previous one, voxels.
+  // Displacement of each slice relative to the previous slice, in voxels.
   const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
                            glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
   const int last = raw.size.z - 1;
@@ -304,12 +307,12 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
   const auto mx = static_cast<std::size_t>(size[0]), my = static_cast<std::size_t>(size[1]);
   std::vector<float> out(mx * my * static_cast<std::size_t>(raw.size.z), dark);
-  // Interpolates cubically between four neighbours (Catmull-Rom).
+  // Cubic interpolation between four neighbours (Catmull-Rom).
   const auto cubic = [](float a, float b, float c, float d, float t) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // value(i, j) = old(i + base − shift·k, …): first along rows, then along columns.
+    // Computes value(i, j) = old(i + base − shift·k, …), first along rows and then along columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -344,7 +347,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   return angle;
 }
 
-// Replaces voxels that are not a number by `nan_grey`; throws Error if there are any and no value is given.
+// Replaces voxels that are NaN by `nan_grey`. Throws Error if there are such voxels and `nan_grey` has no value.
 static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = raw.grey.size(); i-- > 0;) {
@@ -393,7 +396,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states both spacing and unit, the spacing is trusted; then the scan is really too coarse.
+    // If the file states both spacing and unit, the spacing is believed. So the scan is really too coarse.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
@@ -404,7 +407,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
                : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
                              limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
-  // The axes must span space; otherwise there is no orientation.
+  // If the three axes lie in one plane, the scan has no valid orientation.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");

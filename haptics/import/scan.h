@@ -1,5 +1,6 @@
-// Reads scans: NRRD with teem, NIfTI with nifti_clib, MetaImage with zlib. Any invalid content causes an Error with
-// file, place, found and expected value. Sizes are compared with the files before memory is allocated.
+// Reads scans: NRRD with teem, NIfTI with nifti_clib, MetaImage with zlib, DICOM with GDCM. If the content is invalid,
+// an Error states file, position, found and expected value. Before memory is allocated, sizes are compared with the
+// size of the file.
 #pragma once
 
 #include <array>
@@ -14,84 +15,84 @@
 
 namespace typodont::haptics::importing {
 
-/// The content of a file before any processing.
+/// The content of a scan file before any processing.
 struct RawScan {
   std::string format;  // name of the format: "NRRD" …
   glm::ivec3 size{0};
-  std::vector<float> grey;           // grey values; the file's first axis runs fastest
-  std::array<glm::dvec3, 3> step{};  // mm, vector from one voxel to the next along each axis; directions may be oblique
-  bool has_spacing = false;          // the file states a spacing
-  bool has_unit = false;             // the file states the unit of its spacing
-  std::string spacing_place;         // place in the file where the spacing is stated, for messages
+  std::vector<float> grey;           // grey values; the file's first axis is the fastest index
+  std::array<glm::dvec3, 3> step{};  // mm, vector from one voxel to the next along each axis; it may be oblique
+  bool has_spacing = false;          // true if the file states a spacing
+  bool has_unit = false;             // true if the file states the unit of its spacing
+  std::string spacing_place;         // where the file states the spacing, for messages
   std::string space;                 // "LPS", "RAS" or empty: unknown
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
 };
 
-/// A scan whose axes are permuted and reversed (never mirrored), so that each runs nearly along an axis of the scan's
-/// own space. A point p of the scan, m, has the position world_rotation · p in that space, so an oblique scan keeps
-/// its own axes.
+/// A scan whose axes run nearly along the axes of the scan's own space. For this, the file's axes were exchanged and
+/// reversed, but never mirrored. A point p of the scan (m) has the position world_rotation · p in that space, so an
+/// oblique scan keeps its own axes.
 struct Scan {
   std::string format;
   Grid<float> grey;
-  glm::dvec3 spacing{0};  // m
+  glm::dvec3 spacing{0};  // m, distance between voxels along each axis
   glm::dvec3 origin{0};   // m, position of voxel (0,0,0)
-  std::string space;      // see RawScan
+  std::string space;      // coordinate space, see RawScan
   glm::dmat3 world_rotation{1};
   std::vector<std::string> notes;
 };
 
-/// Arguments of a reader.
+/// The arguments of a function that reads a scan.
 struct ScanRequest {
   std::filesystem::path file;  // a file or a folder
-  std::optional<int> series;   // DICOM: number of the series in the printed list
+  std::optional<int> series;   // for DICOM: number of the series in the printed list
 };
 
-/// A file format of scans. A new format is a file NAME.cpp that defines `const ScanFormat NAME_format`, and a row in
-/// the table of scan.cpp.
+/// A file format of scans. To add a format, write a file NAME.cpp that defines `const ScanFormat NAME_format`, and add
+/// a row to the table in scan.cpp.
 struct ScanFormat {
   std::string name;                             // for example "NRRD"
   std::vector<std::string> endings;             // extensions shown to users, lower case: ".nrrd"
-  std::vector<std::string> further_extensions;  // further extensions that are accepted
-  /// Returns true if a file that begins with these bytes has this format, whatever its name. Null: the extension
-  /// decides.
+  std::vector<std::string> further_extensions;  // other extensions that are accepted, too
+  /// True if a file that begins with these bytes has this format, whatever its name is. If this function is null, the
+  /// extension decides.
   bool (*begins)(std::string_view first_bytes);
   RawScan (*read)(const ScanRequest& request);  // throws Error
 };
 const std::vector<ScanFormat>& scan_formats();
 
-/// Smallest and largest voxel with which the tissues can be distinguished, m.
+/// Smallest and largest voxel edge, in m, with which the tissues can be distinguished.
 struct SpacingLimits {
   double smallest, largest;
   std::string_view of;       // body to which the limits apply, for messages: "a tooth"
   std::string_view instead;  // advice for coarser voxels: "; …", may be empty
 };
 
-/// Reads a scan. `spacing`: m, along the file's own axes; replaces the file's spacing. `nan_grey`: replaces voxels
-/// that are not a number.
+/// Reads a scan. `spacing` (m, along the file's own axes) replaces the spacing of the file. `nan_grey` replaces voxels
+/// that are NaN.
 Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
                const std::optional<double>& nan_grey, const SpacingLimits& limits);
 
-/// If the third axis is not perpendicular to the first two (a tilted gantry), shifts each slice within its plane to
-/// make it perpendicular, by cubic interpolation. The first two axes must be perpendicular. Returns the corrected
-/// angle, rad.
+/// Corrects a scan whose third axis is not perpendicular to the other two (a tilted gantry). Each slice is shifted
+/// within its plane by cubic interpolation. The first two axes must be perpendicular to each other. Returns the
+/// corrected angle in rad.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
 bool is_mesh_file(const std::filesystem::path& file);
 
-// Common functions of the readers.
+// Constants and functions that several readers use.
 inline constexpr double kMostVoxels = 1.0e9;
 
-/// Converts the numbers in a buffer to grey values.
+/// Converts the numbers in a buffer to grey values. With `swap`, the bytes of each number are reversed.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 
-/// Throws Error unless each size is at least 4 and their product at most kMostVoxels.
+/// Throws Error unless each size is at least 4 and the product of the sizes is at most kMostVoxels.
 void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes);
 std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error if the file cannot be read
-/// Reads all numbers of a text such as "1 2.5 -3". Returns nullopt if the text contains anything else, or a number
-/// that is not finite.
+/// Reads all numbers of a text such as "1 2.5 -3". Returns no value if the text contains anything else or a number that
+/// is not finite.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
-/// Returns the first bytes as text, for a message.
+/// Returns the first bytes as text for a message.
 std::string excerpt(std::string_view bytes);
 
 }  // namespace typodont::haptics::importing

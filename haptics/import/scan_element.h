@@ -1,4 +1,4 @@
-// Number types of voxels in scan files.
+// The number types that voxels in scan files can have.
 #pragma once
 
 #include <cstddef>

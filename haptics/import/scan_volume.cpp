@@ -16,7 +16,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr std::size_t kPresets = 4;  // values of ImportPreset
+constexpr std::size_t kPresets = 4;  // number of values of ImportPreset
 
 importing::Scan read(const std::filesystem::path& file, const ImportOptions& options) {
   if (importing::is_mesh_file(file))
@@ -30,7 +30,7 @@ struct ScanVolume::Content {
   std::filesystem::path file;
   importing::Scan scan;
   std::optional<double> hounsfield;
-  std::mutex mutex;  // guards `greys`
+  std::mutex mutex;  // protects `greys`
   std::array<std::optional<importing::ScanGreys>, kPresets> greys;
 };
 

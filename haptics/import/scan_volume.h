@@ -1,5 +1,4 @@
-// A scan in memory, for looking at it and for importing several regions of it. Constructed once, then used by any
-// thread.
+// A scan in memory, from which several regions can be shown and imported.
 #pragma once
 
 #include <filesystem>
@@ -11,31 +10,33 @@
 
 namespace typodont::haptics {
 
-/// Positions are in m, in the file's coordinates: along the scan's own axes, as in ImportReport.
+/// A scan in memory. After construction, any thread may use it. Positions are in m in the file's coordinates, along the
+/// scan's own axes (as in ImportReport).
 class ScanVolume {
  public:
-  /// Reads a scan; not a mesh. Uses options.series, spacing, nan_grey and hounsfield of the options. Throws Error.
+  /// Reads a scan (no mesh). The constructor uses the options series, spacing, nan_grey and hounsfield. Throws Error.
   ScanVolume(const std::filesystem::path& file, const ImportOptions& options);
   ~ScanVolume();
   ScanVolume(const ScanVolume&) = delete;
   ScanVolume& operator=(const ScanVolume&) = delete;
 
-  dvec3 lo() const;  // centre of the first voxel
-  dvec3 hi() const;  // centre of the last voxel
+  dvec3 lo() const;  // m, centre of the first voxel
+  dvec3 hi() const;  // m, centre of the last voxel
   dvec3 spacing() const;
   const std::string& format() const;
-  const std::string& space() const;  // see ImportReport::space
+  const std::string& space() const;  // coordinate space, see ImportReport::space
   const std::vector<std::string>& notes() const;
 
-  /// Grey value at p, trilinear; outside the scan, that of the nearest wall.
+  /// Grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is returned.
   double grey(const dvec3& p) const;
-  // Grey values that a picture shows as black and as white: 2 % of the voxels are darker, 0.3 % are brighter.
+  // Grey values that a picture shows as black and as white. 2 % of the voxels are darker than black, and 0.3 % are
+  // brighter than white.
   double black() const { return black_; }
   double white() const { return white_; }
 
-  /// Imports options.region of the scan, or all of it, as import_tissue() does with the same options. With a coarser
-  /// options.voxel it is a quick preview. May run in several threads at once. Throws Error, and what the progress
-  /// function throws.
+  /// Imports options.region of the scan, or all of it, with the same result as import_tissue() with these options. With
+  /// a larger options.voxel, the import is fast enough for a preview. Several threads may call this function at the
+  /// same time. Throws Error, and exceptions of the progress function.
   Imported import(const ImportOptions& options) const;
 
  private:

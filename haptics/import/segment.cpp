@@ -9,12 +9,12 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kStep = 0.5;  // voxels, step along rays
+constexpr double kStep = 0.5;  // length in voxels of the steps along rays
 
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// Number of voxel faces of a part, by the material on the other side of the face.
+// The contacts of a part: numbers of its voxel faces, by the material on the other side of the face.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -26,10 +26,11 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// Finds the cavities of the solid: space that the surroundings cannot reach, or only through a narrow mouth. A ball
-// rolls in from the walls, with a radius that increases up to `widest_mouth`. A pocket that the ball cannot enter is a
-// cavity if its mouth is a small part of its wall (a root canal), and outside otherwise (a fissure, the gap between two
-// roots). Blocks that are not stored and not reachable become inside in `set`.
+// Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
+// narrow mouth. A ball rolls in from the walls of the box, and its radius increases step by step up to `widest_mouth`
+// (voxels). A pocket into which the ball does not fit is a cavity if its mouth is small compared to its wall (a root
+// canal). Otherwise it counts as outside (a fissure, the gap between two roots). Blocks that are not stored and not
+// connected to the walls become inside in `set`.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set) {
   SparseMask outside, cavity(set, 0, 1);
@@ -79,15 +80,16 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      const bool plug = 2 * f.cavity > f.mouth;  // this part is the remainder of a mouth that a smaller ball entered
+      // this part is the outer end of a cavity that was found with a smaller ball
+      const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
   }
   return cavity;
 }
 
-// Selects only the largest part. For `share` below one: selects all parts of at least this fraction of the largest
-// part.
+// Marks the parts that are kept. If `share` is 1, this is only the largest part. If `share` is less, these are all
+// parts with at least this fraction of the largest part's voxels.
 std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -103,8 +105,8 @@ std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   return keep;
 }
 
-// The most frequent grey value of the samples for which counts(i) is true; nullopt if there are too few. For large
-// volumes, only every n-th sample is used.
+// Returns the most frequent grey value of the samples for which counts(i) is true, or no value if there are too few. In
+// a large volume, only every n-th sample is used.
 template <class Counts>
 std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts counts) {
   constexpr std::size_t kEnough = 20'000'000;
@@ -129,28 +131,30 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// The local grey value of the surroundings: the mean over cells of 4³ samples, smoothed over about four samples. If
-// there are hardly any samples of the surroundings nearby (in a fissure), the mean of the whole scan is used.
+// The grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about four
+// samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is used.
 class Surround {
  public:
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    // in parallel over blocks; a cell never spans two blocks
+    // This works in parallel over blocks, because a cell never lies in two blocks.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;
       sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // voxels of the cell grid: together with the cells and the interpolation, the standard deviation is four samples.
+    // Standard deviation of the smoothing in cells. Together with the cells and the interpolation, this gives about
+    // four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // weight of the whole scan's value, relative to the weight of a full neighbourhood
+    // Weight of the whole scan's mean, relative to the weight of a neighbourhood that completely belongs to the
+    // surroundings.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
@@ -161,8 +165,8 @@ class Surround {
   Grid<float> sum_, weight_;
 };
 
-// Outward normal at a sample: the direction away from its closest point. For a sample on the surface: the gradient of
-// the field.
+// Returns the unit normal that points outward at a sample. It is the direction between the sample and its closest point
+// on the surface. On the surface itself, it is the gradient of the distance.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;
@@ -189,12 +193,12 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   const bool tooth = preset == ImportPreset::kTooth;
   Segmentation s;
-  // difference between the grey values of the softer tissue and the surroundings
+  // Difference between the grey values of the softer tissue and the surroundings.
   const double rise = levels.soft - levels.outside;
   const glm::ivec3 size = grey.size;
 
-  // Computes smoothed grey values: one version for masks, and one for labels, which does not move curved edges. Only
-  // in blocks that have samples as bright as the surface, and in the neighbours of these blocks.
+  // Smooths the grey values. Only blocks with samples as bright as the surface, and the neighbours of these blocks, are
+  // computed. kSmooth is the standard deviation in voxels.
   constexpr double kSmooth = 0.8;
   const auto surface_grey = static_cast<float>(levels.surface());
   const auto blocks = std::make_shared<BlockSet>(
@@ -204,12 +208,13 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
-  // Computes a first surface. Near a denser tissue, the threshold is at half of that tissue's height, so that
-  // fissures in enamel stay open. But the threshold stays clearly below the grey value of the softer tissue.
+  // Computes a first surface. Near a denser tissue, the threshold is halfway between the surroundings and that tissue,
+  // so that fissures in enamel stay open. But the threshold always stays clearly below the grey value of the softer
+  // tissue.
   const double most_height = std::max(0.8, levels.height);
   Sparse<float> over(set, -0.5F, 0.5F);  // smoothed grey value minus the local threshold, divided by `rise`
   {
-    // If a sample is far below every threshold, the brightest nearby sample does not matter.
+    // Samples far below every possible threshold are skipped, because they need no brightest neighbour.
     const Sparse<float> brightest =
         ball_max(smooth, 2, above(smooth, static_cast<float>(levels.surface() - 0.5 * rise)));
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -241,14 +246,15 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   solid = {};
   report(0.25);
 
-  // kWidestShell: voxels, limit of the reach of an edge (see `shell`). kFirstExact: voxels, limit up to which
-  // distances are exact, for the measurement of the edge's width.
+  // kWidestShell: largest value of `shell`, in voxels. kFirstExact: distance in voxels up to which distances are exact,
+  // as the measurement of the edges' width needs.
   constexpr double kWidestShell = 6, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
   over = {};
   report(0.45);
 
-  // Width of the scan's edges: a Gaussian edge of height c has the slope c / (σ √2π) at its centre.
+  // Measures the width σ of the scan's edges. At its centre, a Gaussian edge with the height c has the slope c / (σ
+  // √2π). inward_peak() returns the largest grey value along the normal.
   const auto inward_peak = [&](const glm::dvec3& from, const glm::dvec3& n, double depth) {
     float peak = sample(smooth, from);
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth, from - t * n));
@@ -264,23 +270,24 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double slope = glm::length(sample_cubic(smooth, glm::dvec3(first.closest.v[i])).gradient);
     if (slope > 0) widths.push_back(static_cast<float>((top - levels.outside) / (std::sqrt(2 * M_PI) * slope)));
   }
-  double edge = 1.2;  // voxels, width of the edges in the smoothed grey values
+  double edge = 1.2;  // width σ, in voxels, of the edges in the smoothed grey values
   if (!widths.empty()) {
     std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
     edge = std::clamp<double>(widths[widths.size() / 2], 0.8, 3);
   }
   s.blur = std::sqrt(std::max(0.0, edge * edge - kSmooth * kSmooth));
-  // voxels, reach of an edge on each side of the surface
+  // Distance in voxels on each side of the surface within which the blurred edge changes the grey values.
   const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);
 
-  // Measures the surroundings in voxels outside the edge's reach, without other bodies.
+  // Measures the grey value of the surroundings, in voxels beyond the blurred edge and outside other bodies.
   const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {
     return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
   });
   report(0.55);
 
-  // Occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface (1). Deeper
-  // than the brightest point on the path inward, it stays 1, so that dentin below enamel, and pulp, are solid.
+  // Computes the occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface
+  // (1). Along the path inward, the occupancy stays 1 after the brightest point. So dentin below enamel and pulp count
+  // as solid.
   Sparse<float> occupancy(set, 0, 1);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     const double d = first.distance[p];
@@ -294,7 +301,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double top = std::clamp(inward_peak(at, n, shell), levels.soft, levels.top());
     double low = surround.at(p);
     if (levels.fixed_surround) {
-      // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, not the air behind it.
+      // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, and not the air behind
+      // it.
       double brightest_near = low;
       for (double t = 2 * edge; t <= shell; t += kStep)
         brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
@@ -312,8 +320,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   first = DistanceField();
 
-  // Selects the smoothing: at least so much that an edge extends over several samples, and so much that noise
-  // displaces the surface by less than 0.02 voxel.
+  // Selects the strength of the smoothing. An edge must extend over several samples, and noise may displace the surface
+  // by at most 0.02 voxel.
   double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
   for (; sigma < 2; sigma += 0.1) {
     const double left = levels.noise / rise * noise_left(sigma, s.blur);
@@ -325,7 +333,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
 
-  // Keeps one body, and closes holes inside it that smoothing may have opened.
+  // Keeps one body, and closes holes inside it that the smoothing may have opened.
   {
     const SparseComponents parts = components(above(s.phi, 0));
     const auto keep = keep_large(parts, 1);
@@ -342,7 +350,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       if (open.v[i] && !reached.v[i]) s.phi.v[i] = 0.01F;
     });
   }
-  // voxels; limits of the distances for the labels, which are also read and smoothed outside the surface
+  // Limits in voxels for the distances that the labels need: largest distance, and distance up to which it is exact.
+  // Labels are also read and smoothed outside the surface.
   constexpr double kLabelBand = 6, kLabelExact = 3;
   const double surface_band = std::max({shell + 0.5, kLabelBand, band.value_or(0)});
   s.surface = signed_distance(s.phi, size, {}, surface_band, std::max(kLabelExact, band.value_or(0)));
@@ -350,8 +359,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   const Sparse<float>& d = s.surface.distance;
   report(0.85);
 
-  // For the labels, the dim outer edge is removed: within the edge, and outside, each sample gets the brightest grey
-  // value further inward. So neither enamel nor dentin gets a layer of false labels.
+  // Computes grey values for the labels, without the dim outer edge. Within the edge and outside, each sample gets the
+  // brightest grey value further inward. Without this, enamel and dentin would get a layer of wrong labels.
   const double skin = std::min(shell, 2 * edge + 0.5);
   Sparse<float> filled(set, static_cast<float>(levels.soft), static_cast<float>(levels.soft));
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -365,7 +374,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       filled.v[i] = static_cast<float>(levels.soft);
     }
   });
-  // Measures the grey value of cavities at their centres, if they are wide enough.
+  // Measures the grey value of the cavities. If they are wide enough, only samples at their centres are used.
   double cavity_grey = levels.outside;
   {
     std::vector<float> greys, inner;
@@ -393,8 +402,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   constexpr double kInfinity = std::numeric_limits<float>::max();
 
-  // Finds the denser tissue: samples brighter than halfway between the softer and the denser tissue. The depth class
-  // of a sample decides which rule applies.
+  // Finds the denser tissue: samples brighter than halfway between the softer and the denser tissue. Different rules
+  // apply at different depths below the surface, so each sample gets a depth class.
   enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
   Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -411,8 +420,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
                                       .value_or(*levels.dense),
                                   levels.denser());
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
-    // Where a layer is thin, the blur reduces its brightness. For such a layer the threshold is halfway to the
-    // remaining peak, if this peak is clearly brighter than the softer tissue.
+    // The blur makes a thin layer of the denser tissue darker. In such a layer the threshold is halfway between the
+    // softer tissue and the brightest sample nearby, if this sample is clearly brighter than the softer tissue.
     const Sparse<float> peak = ball_max(
         bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
     const double faintest =
@@ -428,7 +437,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
       s.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Small isolated parts of the denser tissue are noise; in a tooth only the cap of the crown is enamel.
+    // Removes small isolated parts of the denser tissue. They are noise; in a tooth, only the crown has enamel.
     const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
     }));
@@ -439,8 +448,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Finds cavities. In a tooth, thin canals that the blur half fills also count: samples that lie deeper than the
-  // outer edge and are darker than halfway between dentin and the darkest nearby grey value, if this value is clearly
+  // Finds the cavities. In a tooth, these include thin canals that the blur half fills. Such a sample lies deeper than
+  // the outer edge and is darker than halfway between dentin and the darkest grey value nearby, which must be clearly
   // darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
@@ -453,7 +462,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       tooth ? ball_min(deep, std::clamp(2 * edge, 2.0, 5.0),
                        where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return deep.v[i] < kNothing; }))
             : Sparse<float>();
-  const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // smallest contrast of a canal
+  // smallest contrast between a canal and dentin
+  const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);
   SparseMask pulp(set, 0, 1);
   s.cavity.outside = -0.5F, s.cavity.inside = 0.5F;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -491,8 +501,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Isolated parts of the softer tissue get the label of the tissue around them: dark spots in enamel, fissures half
-  // filled by the blur.
+  // Isolated parts of the softer tissue are dark spots in enamel or fissures that the blur half fills. They get the
+  // label of the tissue around them.
   if (levels.dense && tooth) {
     const SparseMask soft = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && !(s.dense.v[i] > 0) && !pulp.v[i];
@@ -518,8 +528,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Outside the surface, samples get the labels of the nearest tissue, so that labels can be interpolated at the
-  // surface. They are copied from samples inside, which no longer change.
+  // Samples just outside the surface get the label of the nearest tissue, because labels are interpolated at the
+  // surface. The labels are copied from samples inside, which no longer change.
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     if (depth.v[i] != kNear) return;
     const glm::dvec3 n = normal_at(s.surface, p), on = glm::dvec3(s.surface.closest[p]);

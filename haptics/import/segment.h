@@ -1,4 +1,4 @@
-// Segmentation: from grey values to a surface and labels.
+// Segmentation: computes a surface and labels from grey values.
 #pragma once
 
 #include <optional>
@@ -12,24 +12,26 @@
 
 namespace typodont::haptics::importing {
 
-/// Fields on the working grid: isotropic, about as fine as the scan, with a margin of surroundings on all sides. Stored
-/// in the blocks of the body and their neighbours.
+/// The result of the segmentation on the working grid. This grid has cubic voxels, is about as fine as the scan, and
+/// has a margin of surroundings on all sides. Fields are stored in the blocks of the body and in their neighbours.
 struct Segmentation {
-  // Occupancy minus the surface's height: positive in the body (cavities included), 0 on its outer surface. Empty if
-  // distances were requested
+  // Occupancy minus its value at the surface: positive in the body (including cavities), 0 on the outer surface. Empty
+  // if distances were requested.
   Sparse<float> phi;
-  Sparse<float> dense;   // positive in the denser tissue; also valid some voxels outside the surface
-  Sparse<float> cavity;  // positive in pulp or marrow spaces
-  // grey values without the dim outer edge: at the edge and outside, the brightest value further inward
+  // a field that is positive in the denser tissue; also valid up to some voxels outside the surface
+  Sparse<float> dense;
+  Sparse<float> cavity;  // a field that is positive in pulp or marrow spaces
+  // Grey values without the dim outer edge. At the edge and outside, they are replaced by the brightest value further
+  // inward.
   Sparse<float> grey;
-  DistanceField surface;  // distance to the surface phi = 0, at least up to the requested band
-  double blur = 0;        // voxels, standard deviation of the scan's edge response
+  DistanceField surface;  // distances to the surface phi = 0, at least up to the requested band
+  double blur = 0;        // voxels, standard deviation of the scan's blur, measured at edges
   int bodies_kept = 0;
   int cavity_parts = 0;
 };
 
-/// `grey`: the grey values; the walls of the box must belong to the surroundings. `voxel`: m. `band`: voxels,
-/// distance from the surface up to which distances are needed; nullopt: no distances are needed on this grid.
+/// Segments the grey values `grey`. The walls of the box must belong to the surroundings. `voxel` is in m. `band` is
+/// the distance from the surface, in voxels, up to which exact distances are needed; without a value, none are needed.
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
                      const std::optional<double>& band, const std::function<void(double)>& progress);
 

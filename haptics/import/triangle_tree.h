@@ -1,4 +1,4 @@
-// A tree of boxes over triangles: finds the nearest triangle, and counts crossings of rays.
+// A tree of boxes over triangles. It finds the nearest triangle and counts the crossings of rays.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -14,19 +14,19 @@ class TriangleTree {
   explicit TriangleTree(std::vector<Triangle> triangles);
 
   struct Nearest {
-    std::size_t triangle = 0;  // index in the list given to the constructor
+    std::size_t triangle = 0;  // index of the triangle in the list that the constructor received
     glm::dvec3 point{0};
     double distance_squared = 0;
   };
-  /// The nearest point of the triangles, if it is closer than `reach`.
+  /// Returns the nearest point of the triangles, or no value if its distance is `reach` or more.
   std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
-  /// Squared distance to the nearest triangle.
+  /// Squared distance from p to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
-  /// The winding number of a closed mesh around p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
-  /// triangles face inward. It is the median of three rays, so a ray through an edge does no harm.
+  /// The winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
+  /// triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
   int winding(const glm::dvec3& p) const;
-  /// The winding number of an open mesh, in sixths, from rays in the six axis directions; see winding_sixths() in
-  /// distance.h.
+  /// The winding number of an open mesh at p, multiplied by six, from rays in the six axis directions. See
+  /// winding_sixths() in distance.h.
   int winding_sixths(const glm::dvec3& p) const;
 
   const glm::dvec3& lo() const { return nodes_[0].lo; }
@@ -36,17 +36,17 @@ class TriangleTree {
   static constexpr std::size_t kLeaf = 4;
   struct Node {
     glm::dvec3 lo{1e300}, hi{-1e300};
-    std::size_t first = 0, count = 0;  // range of triangles in a leaf
-    std::size_t left = 0, right = 0;   // children of an inner node
+    std::size_t first = 0, count = 0;  // range of the triangles of a leaf
+    std::size_t left = 0, right = 0;   // indices of the children of an inner node
   };
 
   std::size_t build(std::size_t first, std::size_t end);
   void nearest(std::size_t index, const glm::dvec3& p, Nearest& best) const;
-  /// Signed number of crossings of a ray: +1 where it leaves the mesh, −1 where it enters the mesh.
+  /// Sum of the crossings of a ray with the mesh: +1 where the ray leaves the mesh, −1 where it enters the mesh.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;  // triangles in the order of the leaves
-  std::vector<std::size_t> given_;   // index of each triangle in the list given to the constructor
+  std::vector<std::size_t> given_;   // for each triangle: its index in the list that the constructor received
   std::vector<Node> nodes_;
 };
 

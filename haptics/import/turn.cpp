@@ -25,7 +25,7 @@ glm::dmat3 quarter_turns(const std::string& text) {
     if (degrees == "270" || degrees == "-90") quarters = 3;
     if (axis < 0 || axis > 2 || quarters == 0) throw bad();
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    glm::dmat3 quarter(0);  // rotation by a quarter turn; its columns say that u becomes v, and v becomes −u
+    glm::dmat3 quarter(0);  // rotation by 90 degrees: the axis u becomes v, and v becomes −u
     quarter[axis][axis] = 1;
     quarter[u][v] = 1;
     quarter[v][u] = -1;
@@ -37,7 +37,7 @@ glm::dmat3 quarter_turns(const std::string& text) {
 
 void turn(Imported& imported, const glm::dmat3& by) {
   if (by == glm::dmat3(1)) return;
-  // The new axis w is the old axis from[w], with the direction sign[w].
+  // Axis w of the result is the old axis from[w], multiplied by sign[w].
   glm::ivec3 from(0), sign(1);
   for (int w = 0; w < 3; ++w) {
     for (int f = 0; f < 3; ++f) {
@@ -50,7 +50,7 @@ void turn(Imported& imported, const glm::dmat3& by) {
   out.exact_outside = in.exact_outside;
   out.frame.voxel = in.frame.voxel;
   for (int w = 0; w < 3; ++w) out.size[w] = in.size[from[w]];
-  // The old voxel that becomes the new voxel (0,0,0).
+  // Position of the old voxel that becomes voxel (0,0,0) of the result.
   dvec3 first(0);
   for (int w = 0; w < 3; ++w) first[from[w]] = sign[w] > 0 ? 0 : in.size[from[w]] - 1;
   out.frame.origin = by * in.frame.to_world(first);

@@ -6,8 +6,8 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-/// Six times the signed volume of a tetrahedron; positive if d is behind the triangle a, b, c (counter-clockwise from
-/// the front).
+/// Six times the signed volume of a tetrahedron. It is positive if d is behind the triangle a, b, c, whose corners are
+/// counter-clockwise as seen from the front.
 double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
@@ -15,7 +15,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
 }  // namespace
 
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m, tolerance: a point closer to the plane counts as a point of the plane
+  constexpr double kTouches = 1e-12;  // m; a point closer to the plane than this counts as a point of the plane
   const double s = volume6(a, b, c, from), e = volume6(a, b, c, to);
   if (!(s * e < 0)) return false;
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));

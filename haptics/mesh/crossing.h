@@ -1,11 +1,11 @@
-// Tests whether triangles cross; touching does not count.
+// Tests whether triangles cross each other. Triangles that only touch do not cross.
 #pragma once
 
 #include "haptics/mesh/editable_mesh.h"
 
 namespace typodont::haptics::mesh {
 
-/// A triangle with the indices of its vertices; it need not be part of the mesh.
+/// A triangle with the indices of its vertices. It need not be a face of the mesh.
 struct Corners {
   Index v[3];
   dvec3 p[3];
@@ -15,13 +15,15 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
 }
 
-/// True if the interior of the segment passes through the interior of the triangle.
+/// True if a point of the segment, not an end, lies in the interior of the triangle.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// True if two triangles cross outside their common vertices. Triangles with a common edge do not count.
+/// True if two triangles cross each other at a point that is no common vertex. Triangles with a common edge never count
+/// as crossing.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// The first face of the mesh that crosses a triangle, of the faces for which counts(face) is true; kNone: none.
+/// Returns the first face of the mesh that crosses a triangle, or kNone. Only faces for which counts(face) is true are
+/// tested.
 template <class Counts>
 Index crossed_by(const EditableMesh& mesh, const Corners& t, Counts&& counts) {
   const dvec3 lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);

@@ -9,13 +9,13 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-// limit of the number of faces around a vertex; edges of a vertex with more faces are not collapsed
+// If a vertex has more faces than this, its edges cannot be collapsed.
 constexpr int kMostAround = 64;
 
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  bool forward;  // the edge runs from lo to hi
+  bool forward;  // true if the face runs along the edge from lo to hi
 };
 
 }  // namespace
@@ -49,7 +49,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// Creates the faces with the vertex indices of `mesh`, and links neighbours.
+/// Makes faces with the vertex indices of `mesh`, and stores the neighbours of each face.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -79,9 +79,9 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Creates one vertex for each fan of faces around a vertex of `mesh`.
+/// Makes the vertices. Each fan of connected faces around a vertex of `mesh` gets its own vertex.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
-  const std::vector<Face> old = faces_;  // faces with the vertex indices of `mesh`
+  const std::vector<Face> old = faces_;  // the faces with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
   for (Index f = 0; f < faces_used_; ++f) {
     for (int c = 0; c < 3; ++c) {
@@ -92,7 +92,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Visits the faces around the vertex: a full circle, or in both directions up to the border.
+      // Visits the faces around the vertex. If there is a border, it is visited in both directions from the first face.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -154,10 +154,10 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// Functions of the grid
+// Functions of the grid over the faces
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // relative tolerance, a fraction of the coordinates; larger than the rounding error of floats
+  // Relative tolerance, as a fraction of the coordinates. It is larger than the rounding error of floats.
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -206,7 +206,7 @@ void EditableMesh::place(Index f) noexcept {
   place = now;
 }
 
-// Functions that change vertices and faces, and that record these changes.
+// Functions that change vertices and faces, and record these changes
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {
@@ -300,7 +300,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // A face of which only vertices moved may now belong to another cell.
+  // If only vertices of a face moved, the face may now belong to another cell of the grid.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -380,7 +380,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // Corners after the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d
+  // Corners of the faces after the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -408,7 +408,7 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // Corners after the flip: f: a, d, c; g: d, b, c
+  // Corners of the faces after the flip: f: a, d, c; g: d, b, c.
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);
@@ -435,7 +435,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // If both vertices had other common neighbours, the surface would touch itself.
+  // The two vertices may have only two common neighbours. With more, the surface would touch itself after the collapse.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -446,7 +446,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // The fan is closed, because `gone` is not on the border
+  // The faces around `gone` form a full circle, because `gone` is not on the border.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
@@ -475,8 +475,8 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The neighbours of the two removed faces become neighbours of each other; in these faces, `kept` already replaces
-  // `gone`.
+  // The outer neighbours of the two removed faces become neighbours of each other. In these faces, `gone` was already
+  // replaced by `kept`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -1,12 +1,12 @@
-// A triangle mesh that can be edited in place: split, flip, collapse and move, with neighbours, a grid over the faces
-// and a record of what changed.
+// A triangle mesh that can be changed in place. Edges can be split, flipped and collapsed, and vertices can be moved.
+// The mesh knows the neighbours of each face, finds faces near a position with a grid, and records changes.
 //
-// Every face stores its three vertices and the three faces beside it; every vertex stores one of its faces. A mesh may
-// have a border. Edits never remove vertices and edges of the border, and only the caller moves them, so an open mesh
-// keeps its border.
+// Every face stores its three vertices and its three neighbouring faces; every vertex stores one of its faces. A mesh
+// may have a border. Split, flip and collapse never remove vertices or edges of the border, and only the caller moves
+// them. So an open mesh keeps its border.
 //
-// Equal meshes and equal calls give equal bits. After construction nothing allocates: records come from a pool whose
-// size is fixed at set-up. Lengths in metres, frame W.
+// Equal meshes and equal calls give equal bits. No function allocates memory after construction, unless its comment
+// says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in frame W.
 #pragma once
 
 #include <cstddef>
@@ -22,24 +22,25 @@ using Index = std::uint32_t;
 inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
-  dvec3 p{0};          // m, W
-  Index face = kNone;  // one of the vertex's faces; kNone: not in use
-  Index flags = 0;     // kBorder, kMoved; in an unused vertex: index of the next unused one
+  dvec3 p{0};          // m, position in W
+  Index face = kNone;  // one of the faces at the vertex; kNone if the vertex is unused
+  Index flags = 0;     // bits kBorder and kMoved; in an unused vertex: index of the next unused vertex
   bool on_border() const { return flags & kBorder; }
   bool was_moved() const { return flags & kMoved; }
   static constexpr Index kBorder = 1, kMoved = 2;
 };
 
-/// Edge i connects v[i] and v[(i+1)%3]; n[i] is the face on its other side, kNone at a border.
+/// A triangle. Edge i connects v[i] and v[(i+1)%3]. n[i] is the face on the other side of edge i, or kNone at a border.
 struct Face {
-  // Counter-clockwise seen from outside. An unused face has v[0] = kNone, and v[1] is the index of the next unused one
+  // Vertices, counter-clockwise as seen from outside. In an unused face, v[0] is kNone and v[1] is the index of the
+  // next unused face.
   Index v[3] = {kNone, kNone, kNone};
   Index n[3] = {kNone, kNone, kNone};
   Tissue tissue = Tissue::kAir;  // tissue below the face
 };
 
-/// A recording of changes: the vertices and faces before they changed. EditableMesh::exchange() swaps them with the
-/// mesh.
+/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges
+/// them with those of the mesh.
 struct MeshRecord {
   std::vector<std::pair<Index, Vertex>> vertices;
   std::vector<std::pair<Index, Face>> faces;
@@ -50,9 +51,10 @@ struct MeshRecord {
 class EditableMesh {
  public:
   EditableMesh() = default;
-  /// `edge`: m, longest edge of the faces in the finest level of the grid. `spare`: number of vertices that may be
-  /// added. An edge with more than two faces, or with two of inconsistent orientation, becomes a border. A vertex whose
-  /// faces touch only in this vertex becomes several vertices. Triangles that name a vertex twice are omitted.
+  /// Makes an editable copy of a mesh. `edge` is the longest edge, in m, of the faces in the finest level of the grid.
+  /// `spare` is the number of vertices that can be added. An edge with more than two faces, or with two faces of
+  /// inconsistent orientation, becomes a border. If groups of faces touch only in a vertex, each group gets its own
+  /// vertex. Triangles with two equal vertices are omitted.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);
@@ -60,7 +62,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Access to vertices and faces. Ranges include unused ones.
+  // Access to vertices and faces. The index ranges include unused ones.
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -72,28 +74,31 @@ class EditableMesh {
   std::size_t vertex_room() const noexcept { return vertices_.size(); }
   std::size_t face_room() const noexcept { return faces_.size(); }
   std::size_t border_edges() const noexcept;
-  /// The mesh as a plain mesh, without unused vertices and faces.
+  /// Returns the mesh as a TissueMesh, without unused vertices and faces.
   TissueMesh copy() const;
 
-  // Edits. If split, flip or collapse are impossible, they return kNone or false and change nothing.
-  void move(Index v, const dvec3& p) noexcept;  // also sets kMoved
-  /// Undoes a move, flags included. `before`: vertex(v) before the move.
+  // Functions that change the mesh. If a split, flip or collapse is impossible, the function returns kNone or false and
+  // changes nothing.
+  void move(Index v, const dvec3& p) noexcept;  // also sets the flag kMoved
+  /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// After move(): updates the grid cells of the faces around a vertex, or of one face.
+  /// Call after move(): updates the grid for the faces around a vertex, or for one face.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// Splits edge i of f at a point. Returns the new vertex; kNone at a border or if the pool is empty.
+  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is
+  /// empty.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// Replaces edge i of f by the other diagonal of its two faces. Returns false at a border, or if the other diagonal
-  /// is an edge already.
+  /// Replaces edge i of face f by the other diagonal of the quad of its two faces. Returns false at a border, or if the
+  /// other diagonal is already an edge.
   bool flip(Index f, int i) noexcept;
-  /// Removes the first vertex of edge i of f (the second one if `keeps_first`) and connects its faces to the other
-  /// vertex of the edge. Returns false if a border vertex would be removed, or if the surface would touch itself.
+  /// Removes the first vertex of edge i of face f, or the second one if `keeps_first` is true. Its faces are connected
+  /// to the other vertex of the edge. Returns false if the vertex is on the border, or if the surface would touch
+  /// itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// Calls fn(face, corner) for each face around v; counter-clockwise if there is no border.
+  /// Calls fn(face, corner) for each face around the vertex v. Without a border, the order is counter-clockwise.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -111,12 +116,12 @@ class EditableMesh {
       f = faces_[f].n[c];
     }
   }
-  /// Index of the corner of f that is v.
+  /// Returns which corner of face f is the vertex v.
   int corner(Index f, Index v) const noexcept {
     const Face& face = faces_[f];
     return face.v[0] == v ? 0 : face.v[1] == v ? 1 : 2;
   }
-  /// Index of the edge of f that begins at v and has face g on its other side.
+  /// Returns which edge of face f begins at the vertex v and has the face g on its other side.
   int edge_to(Index f, Index g, Index v) const noexcept {
     const Face& face = faces_[f];
     for (int i = 0; i < 2; ++i) {
@@ -125,7 +130,7 @@ class EditableMesh {
     return 2;
   }
 
-  /// Calls fn(face) once for each face that may intersect the box, and for some faces that do not.
+  /// Calls fn(face) once for each face that intersects the box, and for some other faces near the box.
   template <class Fn>
   void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
     const glm::vec3 lo(lo_W), hi(hi_W);
@@ -150,33 +155,33 @@ class EditableMesh {
           }
     }
   }
-  /// Centre of a ball around a face, m, as stored in the grid.
+  /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // Recording of changes.
-  /// Starts to store in `record` each vertex and face before its first change; null: stops. Allocates memory in
-  /// `record`.
+  // Functions that record changes. From now on, stores each vertex and face in `record` before its first change. Null
+  // ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
-  /// Swaps the stored vertices and faces of a finished recording with the present ones.
+  /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. So the first call undoes
+  /// the changes, and the next call repeats them.
   void exchange(MeshRecord& record);
-  /// Starts to list the faces that change, removed ones included. Allocates memory.
+  /// From now on, lists the faces that change, including those that are removed. Allocates memory.
   void list_changes();
-  /// Returns the faces that changed since the last call, each once.
+  /// Returns the faces that changed since the last call. Each face appears once.
   void take_changes(std::vector<Index>& faces);
 
-  /// FNV-1a hash of points, faces and tissues in use, in order.
+  /// FNV-1a hash of the points, faces and tissues that are in use, in their order.
   std::uint64_t hash() const noexcept;
 
  private:
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  static constexpr double kCellOfSize = 2;  // ratio of a cell's edge to the longest edge of its faces
+  static constexpr double kCellOfSize = 2;  // edge of a grid cell divided by the longest edge of its faces
   struct Place {
-    std::uint64_t key = 0;  // level and cell
+    std::uint64_t key = 0;  // number that identifies the grid cell and its level
     Index next = kNone, before = kNone;
-    glm::vec3 center{0};  // m, centre of a bounding ball of the face
-    float radius = 0;     // m, radius of the bounding ball, rounded up
+    glm::vec3 center{0};  // m, centre of a ball that encloses the face
+    float radius = 0;     // m, radius of this ball, rounded up
     bool meets(const glm::vec3& lo, const glm::vec3& hi) const noexcept {
       const glm::vec3 off = center - glm::clamp(center, lo, hi);
       return glm::dot(off, off) <= radius * radius;
@@ -188,7 +193,8 @@ class EditableMesh {
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
     return static_cast<std::uint64_t>(level) << kLevelShift | bits(cell.x) << 40 | bits(cell.y) << 20 | bits(cell.z);
   }
-  /// Cells that lie above each other have adjacent buckets, so a search reads whole cache lines.
+  /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
+  /// cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
     const std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -211,20 +217,20 @@ class EditableMesh {
   int valence(Index v) const noexcept;
   void note_change(Index f) noexcept;
 
-  std::vector<Vertex> vertices_;  // all vertices of the pool, used and unused
+  std::vector<Vertex> vertices_;  // all vertices, used and unused
   std::vector<Face> faces_;
   std::vector<Place> places_;
   std::vector<Index> heads_;  // first face of each bucket
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
-  double size_[kLevels] = {};  // m, longest edge of a level's faces
+  double size_[kLevels] = {};  // m, longest edge of the faces of each level
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // Not copied: these members belong to one owner.
+  // The following members are not copied with the mesh, because they belong to one owner.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // Number of the last recording that stored this vertex or face
+  // For each vertex and each face: number of the last record that stored it.
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

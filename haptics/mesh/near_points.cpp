@@ -11,10 +11,11 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// m, upper bound of the rounding error of floats, for points up to a centimetre from the centre
+// Upper bound, in m, of the rounding error of floats for points within a centimetre of the centre.
 constexpr double kRounding = 1e-8;
 
-/// Writes the indices of points whose squared distance to `p` is at most `square` to `at`; returns their number.
+/// Finds the points whose squared distance to `p` is at most `square`. Writes their indices to `at` and returns their
+/// number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
@@ -30,7 +31,7 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // The last batch may contain lanes beyond the last point.
+  // Removes results beyond the last point, because the last batch of eight may contain unused lanes.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }

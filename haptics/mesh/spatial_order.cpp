@@ -8,9 +8,9 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kBits = 21;  // bits per coordinate in a key of 64 bits
+constexpr int kBits = 21;  // number of bits per coordinate in a key of 64 bits
 
-/// Inserts two zero bits between adjacent bits of v.
+/// Inserts two zero bits after each bit of v.
 std::uint64_t spread_bits(std::uint64_t v) {
   v = (v | v << 32) & 0x001f00000000ffffU;
   v = (v | v << 16) & 0x001f0000ff0000ffU;

@@ -1,4 +1,4 @@
-// Sorts triangles so that neighbours in space are neighbours in memory: a search in a large mesh then reads few cache
+// Sorts triangles so that neighbours in space are neighbours in memory. A search in a large mesh then reads few cache
 // lines.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace typodont::haptics::mesh {
 
-/// Returns the mesh with its triangles sorted along a Z-order curve (Morton 1966) through their centroids. Vertices
+/// Returns the mesh with its triangles sorted along a Z-order curve (Morton 1966) through their centroids. The vertices
 /// keep their indices. Equal meshes give equal orders. Set-up time; allocates memory.
 TissueMesh in_spatial_order(TissueMesh mesh);
 

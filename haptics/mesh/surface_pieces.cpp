@@ -10,14 +10,14 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::uint32_t kNoPiece = 0xffffffff;
-constexpr std::size_t kMostAround = 64;  // limit of the faces around a vertex; further faces are ignored
+constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; further faces are ignored
 
-/// Normal of a face, not normalised: its length is twice the area.
+/// Normal vector of a face. Its length is twice the face's area.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Edge of a cell that contains the wanted number of faces, m.
+/// Returns the edge, in m, of a cell that contains about the wanted number of faces.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -63,7 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// Puts a face that was added, removed or changed into the piece to which it belongs now.
+/// Assigns a face that was added, removed or changed to the piece that now contains it.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -81,7 +81,8 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // Normals and tissues at a vertex depend on all faces around the vertex, so all pieces with such a face change.
+  // A change of a face also changes the normals and tissues at its vertices. So all pieces with a face at these
+  // vertices must be generated again.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });
@@ -97,7 +98,7 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// Computes the normals at v for all faces around it; faces between the same two creases have one normal.
+/// Computes the normals at the vertex v for all faces around it. Faces between the same two creases have one normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;
@@ -122,14 +123,14 @@ void SurfacePieces::look_around(Index v) {
     return i;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    // The next face counter-clockwise, on the other side of the edge that ends in v.
+    // The next face in counter-clockwise order, which shares the edge that ends in v.
     const Index next = mesh_.face(ring[i].face).n[(ring[i].corner + 2) % 3];
     if (next == kNone) continue;
     std::size_t k = 0;
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // A face without area has no normal, so it makes no crease.
+    // If a face has no area, it has no normal, so its edge counts as smooth.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -152,7 +153,7 @@ void SurfacePieces::look_around(Index v) {
 SurfacePiece SurfacePieces::make(Piece& piece) {
   const auto number = static_cast<std::uint32_t>(&piece - pieces_.data());
   std::erase_if(piece.faces, [&](Index f) { return piece_of_[f] != number; });
-  // Sorted, so that the piece does not depend on the order in which its faces were added
+  // The faces are sorted, because a piece must not depend on the order in which its faces were added.
   std::ranges::sort(piece.faces);
   piece.faces.erase(std::unique(piece.faces.begin(), piece.faces.end()), piece.faces.end());
   SurfacePiece made;
@@ -164,8 +165,8 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Number of faces of each tissue around the corners: the border between two tissues is drawn where the numbers are
-    // equal.
+    // Counts the faces of each tissue around each corner. The border between two tissues is drawn where the
+    // interpolated counts are equal.
     std::array<std::array<float, kTissueCount>, 3> shares{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

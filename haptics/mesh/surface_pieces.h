@@ -1,4 +1,5 @@
-// An editable mesh in pieces, for pictures: lists which pieces changed, and generates those again.
+// Divides an editable mesh into pieces for pictures. It lists the pieces that changed, and only these are generated
+// again.
 #pragma once
 
 #include <unordered_map>
@@ -10,25 +11,26 @@
 
 namespace typodont::haptics::mesh {
 
-/// Parameters of the pieces.
+/// Parameters that determine the size of the pieces.
 struct PieceParameters {
   double faces = 256;     // wanted number of faces per piece
-  double least = 1.5e-3;  // m, smallest edge of a piece's cell; limits the number of pieces to draw
-  double most = 3e-3;     // m, largest edge of a piece's cell; limits the faces to generate again after a small cut
-  // cos 40°: an edge is drawn as sharp if the normals of its faces differ by a larger angle
+  double least = 1.5e-3;  // m, smallest edge of the cell of a piece; it limits the number of pieces that are drawn
+  // m, largest edge of the cell of a piece; it limits the number of faces that are generated again after a small cut
+  double most = 3e-3;
+  // Cosine of 40°. If the normals of two faces differ by a larger angle, their edge is drawn as sharp (a crease).
   double crease_cosine = 0.76604;
 };
 
-/// Carver thread. Mesh and volume must outlive this object.
+/// The pieces of a mesh. Carver thread. The mesh and the volume must exist longer than this object.
 ///
-/// Normals: the normal of a corner is a weighted mean over faces around its vertex: those that can be reached from
-/// the corner's own face without crossing a crease. The weight of a face is sin(angle) divided by the lengths of its
-/// two edges at the vertex (Max 1999, doi 10.1080/10867651.1999.10487501: exact on a sphere). So round surfaces look
-/// round at any resolution, and edges stay sharp.
+/// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. It includes the faces
+/// that can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its
+/// angle at the vertex, divided by the lengths of its two edges there (Max 1999, doi 10.1080/10867651.1999.10487501:
+/// exact on a sphere). So round surfaces look round at any resolution, and edges stay sharp.
 class SurfacePieces final : public TissueSurface {
  public:
-  /// `labels`: result of labels(); positions of corners are relative to the origin of its frame. From now on, the mesh
-  /// lists its changes.
+  /// Makes the pieces. `labels` is the volume that labels() returns; positions of corners are relative to the origin of
+  /// its frame. From now on, the mesh lists its changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
@@ -39,24 +41,24 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // faces of the piece; may also contain faces that have moved to another piece
+    std::vector<Index> faces;  // faces of the piece; the list may also contain faces that have moved to another piece
     bool dirty = false;
   };
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// Normal of one face's corner at a vertex.
+  /// The normal of one face's corner at a vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
   };
-  /// State of a vertex in the piece that is being generated.
+  /// Data of a vertex while a piece is generated.
   struct Local {
     std::uint32_t stamp = 0;             // number of the last piece that contained the vertex
-    std::uint32_t first = 0, count = 0;  // range in normals_
-    std::uint32_t copy = 0;              // index of the vertex's newest corner in the piece
+    std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
+    std::uint32_t copy = 0;              // index of the newest corner of the piece at this vertex
   };
-  /// A corner of the piece; it links to the previous corner at the same vertex.
+  /// A corner of the piece, with the index of the previous corner at the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -75,13 +77,13 @@ class SurfacePieces final : public TissueSurface {
   bool open_;
   std::vector<Piece> pieces_;
   std::unordered_map<glm::ivec3, std::uint32_t, KeyHash> by_cell_;
-  std::vector<std::uint32_t> piece_of_;  // number of the piece of each face
+  std::vector<std::uint32_t> piece_of_;  // for each face: number of its piece
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
   // Number of the piece that is being generated.
   std::uint32_t stamp_ = 0;
-  std::vector<Local> locals_;  // state of each vertex
+  std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;
   std::vector<Copy> copies_;
 };

@@ -54,7 +54,7 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
 
-/// The proxy pulls the hand through a virtual coupling (spring and damper).
+/// Computes the force with which the proxy pulls the hand through a virtual coupling (spring and damper).
 void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -71,7 +71,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes along its own normal. The sum of these forces is the force; their moments turn the tool.
+  // Each contact pushes along its own normal. The total force is the sum of these forces; their moments turn the tool.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
@@ -87,7 +87,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // A turning bur always slips; its tangential force is that of the teeth.
+  // A turning bur always slips; its tangential force is the force of the teeth.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -137,16 +137,16 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Returns the part of P::waiting_slew, N, that the depth's change does not use and other force changes may use in
-/// this tick.
+/// Returns the part of P::waiting_slew (N in this tick) that the change of the depth does not use. Other changes of the
+/// force may use this part.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Updates the factor on the coupling's stiffness: stiffness of the tissue under the head divided by 1 N/mm, smoothed.
-/// Returns it.
+/// Updates the factor on the coupling's stiffness and returns it. The factor is the stiffness of the tissue under the
+/// head divided by 1 N/mm, smoothed.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
   double& stiffness = coupling.relative_stiffness;
   const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
@@ -161,8 +161,8 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   return stiffness = next;
 }
 
-/// Force of coupling and damper, N; `push`: N, force of the coupling alone. The damper uses the rate of the depth, so
-/// it acts along the normal only: sliding at constant depth is not damped.
+/// Returns the force of coupling and damper, N. `push`: N, force of the coupling alone. The damper uses the rate of the
+/// depth, so it acts only along the normal: sliding at constant depth is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
   VelocityEstimate sinking;  // rate of the depth, for a quantised position
@@ -181,7 +181,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// The tissue pushes the teeth against their motion. The force is zero at the pole, where the teeth do not move.
+/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole,
+/// where the teeth do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -194,13 +195,13 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Fades the teeth's force after the head became free. The slew limit may have left a part of this force; the
-/// remaining part fades and does not end in a step. Without a snapshot the tissue is unknown, and the force ends at
-/// once.
+/// Reduces the teeth's force gradually after the head has lost contact. The slew limit may have left a part of this
+/// force, and this part must not end in a step. Without a snapshot the tissue is unknown, and the force ends at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N, force after this tick
+  // N, the part of the force that remains after this tick
+  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
     limit_teeth_energy(now);
@@ -266,8 +267,9 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies its energy, so the
-/// ledger counts it with the spindle's. The band is limited so that a period has at least five ticks.
+/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies the energy of the
+/// vibration, so the ledger counts it as energy of the spindle. The band is limited so that a period has at least five
+/// ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

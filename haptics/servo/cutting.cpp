@@ -21,12 +21,13 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  // A local copy stays in registers; reading it back from memory would wait for the store
+  // a local copy stays in registers; reading the value back from memory would wait for the store
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_hardened(&Material::specific_energy) : 0;
   double power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
-    // An edge that is drawn over the surface cuts with the hand's work: force × displacement along the surface.
+    // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
+    // the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt;
   } else if (in.cuts && coupling.pressing > 0) {
@@ -53,8 +54,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // A drawn edge earns little energy. If the edge removed more than its energy paid for, it must first earn the
-  // difference.
+  // An edge that the hand draws earns little energy. If the edge removed more than its energy paid for, it must first
+  // earn the difference.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

@@ -72,7 +72,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
   now.spindle_force *= fraction;
   now.teeth_force *= fraction;
   now.torque *= fraction;
-  // The spindle's torque may use the part of the limit that the tissue's torque leaves.
+  // The torque of the spindle may use the part of the torque limit that the tissue's torque does not use.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));

@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 /// Motion of the hand from tick to tick (servo.cpp).
 struct MotionParameters {
-  // m/s, limit of a hand's speed; a faster motion is a jump of the input
+  // m/s, limit of a hand's speed; a faster motion counts as a jump of the input
   static constexpr double hand_speed_limit = 2.0;
   static constexpr double leap_time = 0.05;  // s, time in which the proxy may follow a jump of the input
   // m, limit of the proxy's distance from the hand after an interruption; at a larger distance the proxy begins at the
@@ -18,20 +18,20 @@ struct MotionParameters {
   static constexpr double lost_distance = 0.02;
   // m, limit of the hand's distance from the origin; a larger distance is illegal input
   static constexpr double workspace = 100;
-  // s, limit: a longer tick is a jump of the clock and counts as a nominal tick
+  // s, limit: a longer tick counts as a jump of the clock and is replaced by a nominal tick
   static constexpr double longest_tick = 0.1;
-  // s, time for which a new snapshot may be due before the servo reports a fault
+  // s, limit: if a new snapshot has been due for a longer time, the servo reports a fault
   static constexpr double stale_time = 0.02;
 };
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s, limit of the saved energy, as the time in which the present power delivers it; applies until a voxel yields or
-  // the bur lands again
+  // s. The saved energy is limited to the present power times this time, until a voxel yields or the bur lands again.
   static constexpr double budget_time = 0.5;
-  // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
+  // s. Replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
   static constexpr double held_time = 0.05;
-  // m³, limit of the volume that may be removed before the motor's work has paid for it (when a tip breaks in)
+  // m³, limit of the volume that may be removed before the motor has done the work for this volume (when a tip breaks
+  // in)
   static constexpr double owed_volume = 8e-12;
   static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume; matters on coarse grids
 };
@@ -54,7 +54,7 @@ struct CouplingParameters {
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
-  // Ticks for which the spindle's remaining work must suffice; otherwise the teeth's force is reduced
+  // number of ticks for which the spindle's remaining work must suffice; otherwise the teeth's force is reduced
   static constexpr double teeth_ahead = 50;
 };
 
@@ -63,7 +63,7 @@ struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
   static constexpr double lag_limit = 0.05;  // N, limit of the force difference that drilling_slew may hold back
-  static constexpr double debt = 2e-9;       // J, limit of the ledger's debt that counts as rounding
+  static constexpr double debt = 2e-9;       // J, limit: a smaller debt of the ledger counts as rounding
   // N, force that the coupling may always give, even if the ledger is empty
   static constexpr double unpaid_force = 0.1;
   // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
@@ -83,13 +83,13 @@ struct LimitParameters {
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).
 struct ScaleParameters {
-  // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` hold
+  // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
   static constexpr double credit = 1e-10;  // J, amount by which the ledger may be overdrawn
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 
-/// True if a position in W is finite and may be a hand's.
+/// Returns true if a position in W is finite and plausible for a hand.
 inline bool in_workspace(const dvec3& p_W) noexcept {
   return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;  // false for NaN
 }

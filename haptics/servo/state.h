@@ -44,20 +44,20 @@ struct ContactTick : TickData {
   dvec3 teeth_force{0};     // N, part of spindle_force that comes from the teeth
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
-  double stored = 0;        // J stored in the coupling
+  double stored = 0;        // J, energy stored in the coupling
   double unlimited = 0;     // N, size of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
-  /// True if the tool touches hard or soft tissue.
+  /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
-/// The passivity law for these settings. In a scene n times larger, with an n times softer coupling, the forces are
-/// equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the upper limit of the
-/// credit. The hand of a device is a human hand in every scene, and its jumps are encoder counts: its law does not
-/// scale.
+/// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
+/// softer, the forces are equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the
+/// upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every scene, and
+/// its jumps are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
-/// Hardness 1 for all tissues: every tissue is as hard as its material.
+/// Returns hardness 1 for all tissues: every tissue is as hard as its material.
 inline PerTissue own_hardness() noexcept {
   PerTissue all;
   all.fill(1);
@@ -68,8 +68,8 @@ struct Servo::State {
   /// Motion of hand and proxy.
   struct Motion {
     Pose X_WG;             // pose of the proxy
-    bool placed = false;   // X_WG is valid
-    bool started = false;  // the last tick had a valid pose
+    bool placed = false;   // true if X_WG is valid
+    bool started = false;  // true if the last tick had a valid pose
     Nanos began = 0;       // time since which the hand has sent valid poses without a pause
     Nanos last_t = 0;
     Pose last_hand;
@@ -77,8 +77,8 @@ struct Servo::State {
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
     double leap = 0;        // s, remaining time in which the servo follows a jump of the hand's pose
     double due_for = 0;     // s, time for which a new snapshot has been due
-    bool idle = false;      // the last tick left no force and no contact state
-    bool released = false;  // the model's release() was called after the last contact
+    bool idle = false;      // true if the last tick left no force and no contact state
+    bool released = false;  // true if the model's release() was called after the last contact
     double room = 0;        // m, distance that a free tool may still move before the model is queried again
   };
   /// Spindle, and energy that may be spent on removal.
@@ -121,11 +121,12 @@ struct Servo::State {
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
-    double stored = 0;  // J stored in the coupling in the last tick
+    double stored = 0;  // J, energy stored in the coupling in the last tick
     // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
     double given = 0;
-    bool unpaid = false;  // the ledger holds far less energy than the coupling, so the ledger limits the force
-    double ramp = 0;      // 0..1, factor on the force at start and end
+    /// true if the ledger holds far less energy than the coupling; then the ledger limits the force
+    bool unpaid = false;
+    double ramp = 0;  // 0..1, factor on the force at start and end
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
@@ -162,28 +163,28 @@ struct Servo::State {
   State& operator=(const State&) = delete;
 
   const Tool& tool() const noexcept { return tools[in_hand]; }
-  /// Speed of the unloaded spindle at full pedal with the tool in the hand, rad/s.
+  /// Returns the speed (rad/s) of the unloaded spindle at full pedal with the tool in the hand.
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
-  /// Mean of a material property over the tissues under the head.
+  /// Returns the mean of a material property over the tissues under the head.
   double mean(double Material::*member) const noexcept;
-  /// Mean of a material property that hardness scales: stiffness or specific energy.
+  /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
 
-  /// Limit of the ledger's debt, J; a greater debt is forgiven. The limit is at most the credit of the passivity law: a
-  /// greater debt would allow no force, and without a force the hand could never pay it back.
+  /// Returns the limit of the ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of the
+  /// passivity law, because a greater debt would allow no force, and without a force the hand could never pay it back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
 
-  // servo.cpp
-  /// A tick without a valid pose or without a hand: no force. The next valid tick begins anew.
+  // The next functions are defined in servo.cpp:
+  /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: the
   /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
   /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
-  /// Takes the wanted tool if the spindle has stopped and neither that tool nor the one in the hand touches tissue.
+  /// Changes to the wanted tool if the spindle has stopped and neither that tool nor the present tool touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
   /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
@@ -196,28 +197,28 @@ struct Servo::State {
   /// Adds the contact with soft tissue to the published tick. Only if `soft` is set.
   void report_soft(ContactTick& now) noexcept;
 
-  // servo/cutting.cpp
-  /// The spindle's free speed follows the pedal with the time constant run_up_time.
+  // The next functions are defined in servo/cutting.cpp:
+  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
   void run_spindle(const TickData& now) noexcept;
   /// Computes the energy that this tick may spend on removal, from the force of the last tick.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
-  // servo/coupling.cpp
+  // The next functions are defined in servo/coupling.cpp:
   /// Computes coupling, damper, friction and teeth. For a penalty method, takes its own force and adds friction and
   /// teeth.
   void feel(ContactTick& now) noexcept;
-  /// A sharp tip in softened tissue: it sinks under a push and sticks on withdrawal.
+  /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
-  /// Soft tissue yields under the tool and pushes it away. Only if `soft` is set.
+  /// Computes the contact with soft tissue, which yields under the tool and pushes it away. Only if `soft` is set.
   void press_soft(ContactTick& now) noexcept;
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
 
-  // servo/limits.cpp
-  /// Limits of force, torque and slew, and the ramps at start and end.
+  // The next functions are defined in servo/limits.cpp:
+  /// Applies the limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
-  /// The passivity controller, with the ledger's allowances: the hand never receives energy that it did not put in.
+  /// Applies the passivity controller, with the ledger's allowances: the hand never gets energy that it did not put in.
   /// Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 

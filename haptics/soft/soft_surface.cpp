@@ -1,5 +1,5 @@
-// The resting surface of soft tissue: surface nets on the distance function, one point per cell that the surface
-// crosses (Gibson 1998, "Constrained elastic surface nets").
+// Makes the resting surface of soft tissue from a distance function (surface nets, Gibson 1998, "Constrained elastic
+// surface nets"). Each cell that the surface crosses gets one point.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,16 +13,16 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kCell = 1e-3;  // m, side of the cells in which points are looked up
-// m, least thickness; a thinner layer is treated as if it had this thickness
+constexpr double kCell = 1e-3;  // m, edge of the cells of the grid with which points near a position are found
+// Smallest thickness in m. A thinner layer is treated as if it had this thickness.
 constexpr double kLeastThickness = 0.2e-3;
-// Depth to which a head shears the layer, as a ratio to the layer's thickness. Heads are smaller than the layer, so
-// the shear occurs near the surface. With one third, the force on a ball of 1.2 mm is between that of a half-space
-// (Hertz) and that of a thin layer.
+// Depth of the part of the layer that a head shears, divided by the layer's thickness. Heads are smaller than the layer
+// is thick, so only tissue near the surface is sheared. With one third, the force on a ball of 1.2 mm is between that
+// of a half-space (Hertz) and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
-/// Lattice of samples of the distance function.
+/// A regular grid of samples of the distance function.
 struct Lattice {
   dvec3 lo;
   double step;
@@ -60,7 +60,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
     for (i.y = 0; i.y < lattice.size.y; ++i.y)
       for (i.z = 0; i.z < lattice.size.z; ++i.z) sample[lattice.index(i)] = static_cast<float>(distance(lattice.at(i)));
 
-  // One point for each cell with both signs, at the mean of the crossings of its edges, moved onto the surface.
+  // Makes one point for each cell whose samples have both signs. The point is the mean of the crossings of the cell's
+  // edges, moved onto the surface.
   std::vector<std::int32_t> point_of(sample.size(), -1);
   for (i.x = 0; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 0; i.y + 1 < lattice.size.y; ++i.y)
@@ -88,7 +89,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        const double step = 0.1e-3;  // m, step of the search for the depth of the layer
+        const double step = 0.1e-3;  // m, step with which the depth of the layer is searched
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
                !hidden(point.p_W - deep * point.n_W)) {
@@ -99,9 +100,10 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         points_.push_back(point);
       }
 
-  // Each lattice edge with both signs has a quad through the four cells around it. The area of a quad is distributed
-  // to its corners. Its sides link neighbours, like the edges of a membrane with the tension T = G d / 3 (N/m), where
-  // G = E / 3 is the shear modulus and d the depth of the sheared part (Pasternak foundation).
+  // Makes a quad of the four cells around each lattice edge whose samples have both signs. Each corner of the quad gets
+  // a fourth of its area. The sides of the quads link neighbouring points. A link is like a membrane with the tension T
+  // = G d / 3 (N/m), where G = E / 3 is the shear modulus and d is the depth of the sheared part (Pasternak
+  // foundation).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -126,7 +128,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // m², lower limit of the area of a point, for points at the edge of the box
+  // m², smallest area of a point; points at the edge of the box would have less
   const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 
@@ -153,8 +155,8 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Distance between two cells, computed outward from the cells that contain points. The true distance between
-  // positions in these cells is less by at most one diagonal of a cell.
+  // Computes for each cell a lower bound of the distance to the nearest point: the length of the whole cells that lie
+  // between this cell and the nearest cell with points.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)
@@ -167,7 +169,8 @@ void SoftSurface::build_cells() {
       for (c.z = 0; c.z < cells_.z; ++c.z) {
         int nearest = std::numeric_limits<int>::max();
         for (const glm::ivec3& o : occupied) {
-          const glm::ivec3 gap = glm::max(glm::abs(o - c) - 1, glm::ivec3(0));  // whole cells between the two
+          // number of whole cells between the two cells, per axis
+          const glm::ivec3 gap = glm::max(glm::abs(o - c) - 1, glm::ivec3(0));
           nearest = std::min(nearest, gap.x * gap.x + gap.y * gap.y + gap.z * gap.z);
         }
         if (!occupied.empty())

@@ -8,33 +8,36 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Parameters of the model that are not properties of the material.
+/// Parameters of the model that do not depend on the material.
 struct SoftParameters {
-  // number of alternating solutions for points and tool; the viscous term makes them converge quickly
+  // Number of alternating solutions for the points and for the tool in a tick. Because of the viscous term, they
+  // converge quickly.
   static constexpr int iterations = 3;
-  static constexpr int newton_steps = 6;       // limit of the steps for the tool's displacement
-  static constexpr double strain_limit = 0.8;  // fraction of the layer's thickness by which it can be compressed
-  static constexpr double stop = 20;  // stiffness of a fully compressed point, as a ratio to its viscous resistance
-  static constexpr double most_force = 3;  // N, limit of the force; a stronger push passes through the layer
-  // N, limit of the force change per tick, in addition to the change by the tool's own motion
+  static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
+  static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
+  static constexpr double stop = 20;       // stiffness of a fully compressed point, divided by its viscous resistance
+  static constexpr double most_force = 3;  // N, largest force; a stronger push passes through the layer
+  // Largest change of the force per tick, in N, that does not come from the tool's own motion.
   static constexpr double free_step = 0.02;
-  // m/s, limit of the hand's speed; a new overlap that is deeper than this speed allows was not caused by the hand's
-  // motion
+  // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than this speed allows, the motion of the
+  // hand did not cause it.
   static constexpr double hand_speed = 0.6;
-  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap begins to press
-  static constexpr double full_weight = 0.5;   // cosine above which a part of the head presses with full weight
+  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap gradually begins to press
+  // A part of the head presses with full weight if the cosine of the angle between its surface and the tissue's surface
+  // is above this.
+  static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;  // m, displacement above which a point makes its neighbours active
-  static constexpr double sleeps = 2e-6;  // m, displacement below which a point comes to rest
-  // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
-  // points; a thinner head is thickened, because it would pass between the points
+  static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active
+  static constexpr double sleeps = 2e-6;  // m; a point with a smaller displacement becomes inactive
+  // Height in m above the end of the head. There the head's radius must be at least the spacing of the surface's
+  // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
-  static constexpr double shank = 10e-3;  // m, length of the shank that has contact
-  // m, upper limit of half the distance between two bounding balls on the axis
+  static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
+  // Bounding balls on the tool's axis: largest value, in m, of half the distance between two of them.
   static constexpr double largest_ball = 1e-3;
-  // limit of the fraction of a point's displacement that is cut in a tick
+  // Largest fraction of a point's displacement that is cut in one tick.
   static constexpr double most_per_tick = 0.3;
-  static constexpr double wound_distance = 1.2e-3;  // m, least distance between two wounds
+  static constexpr double wound_distance = 1.2e-3;  // m, smallest distance between two wounds
   static constexpr double hit = 0.2e-6;             // m, accuracy of the search along a point's normal
   static constexpr int search_steps = 24;
 };
@@ -130,7 +133,8 @@ double SoftTissue::elastic_energy() const noexcept {
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];
       const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      energy += link.tension * step * step / (other < 0 ? 2 : 4);  // a link between two active points is visited twice
+      // the loop visits a link between two active points twice
+      energy += link.tension * step * step / (other < 0 ? 2 : 4);
     }
   }
   return energy;
@@ -160,7 +164,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   room_ = -1;
   const Shape& shape = shapes_[in.tool];
   const double moved = placed_ ? displacement_bound(last_, in.X_WG, shape.reach) : 0.0;
-  const double hand = P::hand_speed * in.dt;  // m, limit of the hand's motion in a tick
+  const double hand = P::hand_speed * in.dt;  // m, largest plausible motion of the hand in a tick
   last_ = in.X_WG, placed_ = true;
   u_before_ = u_;
 
@@ -168,7 +172,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // In parallel with the springs, a dashpot with the viscosity stiffness × return_time acts over one tick
+    // A dashpot acts parallel to the springs. Its viscosity is stiffness × return_time.
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -187,10 +191,11 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   return out;
 }
 
-/// Finds the active points that the head may press. Makes the points active that it begins to press.
+/// Updates the contacts of the active points. Points that the head begins to press become active.
 void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& shape, double moved) noexcept {
   const double fade = std::exp(-in.dt / P::ignored_time);
-  // Points near the axis of the tool, at most as far away from it as the head's radius plus the depth of the layer
+  // A point can be pressed only if its distance from the tool's axis is at most the head's radius plus the layer's
+  // thickness.
   const double margin = shape.radius + shape.blunt + surface_->law().thickness;
   const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
   const dvec3 low = X_WT.p + shape.low * axis, high = X_WT.p + shape.high * axis;
@@ -201,7 +206,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
     const dvec3 off = at.p_W - (X_WT.p + z * axis);
     if (glm::dot(off, off) > margin * margin) return;
     const double limit = P::strain_limit * at.thickness;
-    // The smallest ball around the part of the normal along which the head can press this point
+    // A quick test: if the head does not meet the smallest ball around the possible positions of this point, there is
+    // no contact. These positions lie on the point's normal.
     const double middle = (limit + cut_[point]) / 2 + shape.blunt, half = (limit - cut_[point]) / 2;
     if (shape.distance(glm::conjugate(X_WT.R) * (at.p_W - middle * at.n_W - X_WT.p)) > half) return;
     Active probe;
@@ -215,8 +221,9 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Starts at the deepest position of the point and searches outward along its normal for the end of the head. For an
-/// enlarged head, the search begins and ends deeper.
+/// Computes the contact of one point with the head. From the deepest possible position of the point, the function
+/// searches outward along the point's normal for the surface of the head (sphere tracing). If the head was enlarged
+/// (`blunt`), the search begins and ends deeper.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -252,8 +259,9 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
   a.ignored = was ? std::clamp(a.ignored * fade, 0.0, std::max(a.exit - cut, 0.0)) : std::max(0.0, overlap - moved);
 }
 
-/// Moves each point to the equilibrium of its springs, its dashpot and its contact force, with its neighbours fixed
-/// (Gauss–Seidel): the implicit step of XPBD (Macklin et al. 2016, eq. 18) for all constraints of one point at once.
+/// Moves each point to the equilibrium of its springs, its dashpot and its contact force, while its neighbours are
+/// fixed (Gauss–Seidel). This is the implicit step of XPBD (Macklin et al. 2016, eq. 18) for all constraints of a point
+/// together.
 void SoftTissue::relax() noexcept {
   for (Active& a : active_) {
     double push = a.before * (1 / a.yield - a.springs) + a.force;
@@ -266,14 +274,14 @@ void SoftTissue::relax() noexcept {
   }
 }
 
-/// Finds the displacement of the tool at which the coupling and all contact forces are in equilibrium (Newton's
-/// method for piecewise linear equations), and the contact forces at this displacement. `most`: m, limit of the
-/// change of the displacement in this tick.
+/// Finds the tool's displacement at which the coupling and all contact forces are in equilibrium, and the contact
+/// forces there. It uses Newton's method for piecewise linear equations. In this tick the displacement may change by at
+/// most `most` (m).
 void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
   };
-  // Force of one contact for a tool displaced by u
+  // Returns the force of one contact if the tool is displaced by u.
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};
@@ -301,7 +309,7 @@ void SoftTissue::place_tool(double most) noexcept {
     }
     const dvec3 change = glm::inverse(slope) * rest;
     u -= change;
-    if (glm::dot(change, change) < 1e-20) break;  // m²
+    if (glm::dot(change, change) < 1e-20) break;  // a change below 0.1 nm counts as converged
   }
   if (const double size = glm::length(u), bound = P::most_force / coupling_; size > bound) u *= bound / size;
   if (const double size = glm::length(u - u_before_); size > most) u = u_before_ + (u - u_before_) * (most / size);
@@ -317,13 +325,13 @@ void SoftTissue::place_tool(double most) noexcept {
   }
 }
 
-/// The bur removes tissue where it presses: force × cutting speed = specific energy × removed volume (Preston,
-/// Archard), as in hard tissue. A part of the displacement then remains as a cut.
+/// Removes tissue where the bur presses, as in hard tissue: force × cutting speed = specific energy × removed volume
+/// (Preston, Archard). A part of the point's displacement then remains as a cut.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
     const SoftSurface::Point& at = surface_->points()[a.point];
-    const double power = (a.force + a.stop) * in.cutting;  // W, power for cutting
+    const double power = (a.force + a.stop) * in.cutting;  // W, power that cuts at this point
     const double deeper = std::min(power * in.dt / (surface_->law().specific_energy * at.area), P::most_per_tick * a.v);
     const auto before = cut_[a.point];
     cut_[a.point] = static_cast<float>(std::min(cut_[a.point] + deeper, a.limit));
@@ -342,15 +350,16 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  const std::size_t count = active_.size();  // points that become active now are evaluated in the next tick
+  // number of points before new ones become active; new points wait until the next tick
+  const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;
     for (const SoftSurface::Link& link : surface_->links(active_[i].point)) activate(link.point);
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // Neighbours that have just become active begin with v = 0 and would be deactivated at once; points that pull
-    // them keep them active.
+    // A point that has just become active has no displacement (v = 0) and would become inactive at once. It stays
+    // active if a displaced neighbour pulls it.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

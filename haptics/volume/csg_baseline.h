@@ -15,7 +15,7 @@ class CsgBaseline {
 
   /// Removes a ball; `radius`: m.
   void cut_ball(const dvec3& center_W, double radius);
-  /// Volume of the tissue, m³, computed as in TissueVolume::volumes().
+  /// Returns the volume of the tissue, m³, computed as in TissueVolume::volumes().
   double volume() const;
 
  private:

@@ -7,7 +7,7 @@
 namespace typodont::haptics {
 namespace {
 
-/// Distances to the piece (or to the remaining tissue), voxels, computed only as far as they are needed. The
+/// Computes the distances (voxels) to the piece, or to the remaining tissue, only as far as they are needed. The
 /// computation begins at the samples just below the surface, with their depths. It spreads to neighbours, with the
 /// vector to the source sample (Danielsson 1980), as long as this reduces a distance.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
@@ -42,8 +42,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels. kEmpty: limit of the new distances. kClose: tolerance when a sample is assigned to the piece as its
-  // nearest tissue.
+  // voxels. kEmpty: limit of the new distances. kClose: tolerance in the test whether the piece is the nearest tissue
+  // of a sample.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

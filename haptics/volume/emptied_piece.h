@@ -1,4 +1,4 @@
-// The distance field after a loose piece is removed.
+// Computes the distance field that remains after a loose piece is removed.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,14 @@
 
 namespace typodont::haptics {
 
-/// voxels, limit of the distance at which a sample of air may be nearest to a piece
+/// voxels, limit: a sample of air at a larger distance from a piece is never assigned to the piece
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
-  std::vector<float> distance;      // voxels
-  std::vector<std::uint8_t> loose;  // 1: a sample of the piece
+  std::vector<float> distance;      // voxels, distance of each sample
+  std::vector<std::uint8_t> loose;  // 1 for each sample of the piece
 
   std::size_t at(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// Computes the distances without the piece, voxels. The piece's samples, and samples of air nearest to the piece,
-/// get their distance to the remaining tissue; all other samples keep their bits. No distance decreases.
+/// Returns the distances (voxels) without the piece. The piece's samples, and samples of air nearest to the piece, get
+/// their distance to the remaining tissue; all other samples keep their bits. No distance decreases.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -68,7 +68,7 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Reads a count of items of `size` bytes each; fails if the file is too short for them.
+  /// Reads the number of items in a list. Fails if the file is too short for so many items of `size` bytes each.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();
@@ -93,7 +93,8 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Writes a tree: background; tiles that differ from the background, largest first; blocks of 8³ voxels.
+/// Writes a tree: the background value; then the tiles that differ from the background, largest first; then the blocks
+/// of 8³ voxels.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;

@@ -1,7 +1,7 @@
-// The grids of a volume file as a plain list of tiles and blocks. The guarded process, which has limited rights,
-// opens the file and writes this list; the program reads it. Every count is checked, so that no content can do harm.
-// Process and program run on the same machine and come from the same build, so the format has no byte order and no
-// version.
+// The grids of a volume file as a plain list of tiles and blocks. The guarded process, which has limited rights, opens
+// the file and writes this list; the program reads the list. Every count is checked, so that no content of a file can
+// do harm. The process and the program run on the same machine and come from the same build, so the format has no byte
+// order and no version.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -15,7 +15,7 @@
 namespace typodont::haptics {
 
 struct FlatGrids {
-  std::map<std::string, openvdb::GridBase::Ptr> grids;  // openvdb::FloatGrid or openvdb::Int32Grid
+  std::map<std::string, openvdb::GridBase::Ptr> grids;  // each grid is an openvdb::FloatGrid or an openvdb::Int32Grid
   double voxel = 0;                // edge of a voxel in the first grid, in the file's units; 0: voxels are not cubes
   openvdb::Vec3d origin{0, 0, 0};  // position of voxel (0,0,0) in the first grid, in the file's units
   bool exact_outside = true;
@@ -32,8 +32,8 @@ struct WriteFailure : std::runtime_error {
 /// Exit status of the guarded process after a WriteFailure.
 inline constexpr int kReaderCannotWrite = 3;
 
-/// Writes to an open file; `name` is for messages. Throws WriteFailure if writing fails, Error for a grid of an unknown
-/// type.
+/// Writes the grids to an open file; `name` is for messages. Throws WriteFailure if writing fails, Error for a grid of
+/// an unknown type.
 void write_flat(int file, const std::string& name, const FlatGrids& grids);
 /// Reads a list of grids. Throws Error(`name`, …) for any content that write_flat() would not write.
 FlatGrids read_flat(const std::filesystem::path& file, const std::string& name);

@@ -1,5 +1,5 @@
-// Finds the leaves of the tissue that the next cuts can still change; the carver's counterpart of CutFront. If no
-// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for that length of the head's
+// Finds the leaves of the tissue that the next cuts can still change. It is the carver's counterpart of CutFront. If no
+// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for this length of the head's
 // path. Private to haptics/volume.
 #pragma once
 
@@ -13,29 +13,30 @@
 
 namespace typodont::haptics {
 
-/// Front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
+/// Active front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    Leaf* leaf = nullptr;      // null: not examined yet
+    Leaf* leaf = nullptr;      // the leaf; null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
-    bool cut = false;          // the leaf was cut since it was first examined
+    bool cut = false;          // true if the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
-  /// Must be called if anything except the cuts of one stroke changes the distances or replaces a leaf.
+  /// Forgets the position of the head. Must be called if anything except the cuts of one stroke changes the distances
+  /// or replaces a leaf.
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Path length of the head's farthest point so far, voxels.
+  /// Returns the path length (voxels) of the head's farthest point so far.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// The leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be examined again.
-  /// It is stored separately from the other data, because for most leaves nothing else is read.
+  /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be
+  /// examined again. `due` is stored separately from the other data, because for most leaves nothing else is read.
   struct Row {
     float* due;
     Place* places;
@@ -55,7 +56,7 @@ class LeafFront {
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
   std::optional<Sweep> last_;  // no value: the position of the head is unknown
-  double path_ = 0;            // voxels
+  double path_ = 0;            // voxels, path length of the head
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;
   std::vector<Place> places_, moved_;

@@ -17,12 +17,12 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// The leaf before the stroke, or the tile that was at its position.
+  /// The leaf before the stroke, or the tile that was at the leaf's position.
   struct Kept {
-    std::unique_ptr<Leaf> leaf;  // null: a tile
+    std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile was at this position
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // the stroke wrote to the leaf; otherwise the copy is dropped
+    bool changed = false;  // true if the stroke wrote to the leaf; otherwise the copy is dropped
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
@@ -46,7 +46,7 @@ class LeafHistory {
     return kept;
   }
 
-  /// Swaps the kept leaves with those in the tree: the same operation for undo and redo.
+  /// Swaps the kept leaves with the leaves in the tree. The same operation is used for undo and redo.
   static void exchange(Tree& tree, Stroke& stroke) {
     for (auto& [origin, kept] : stroke) {
       std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
@@ -64,7 +64,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// The values before the stroke; nullopt if the stroke did not write there.
+  /// Returns the values before the stroke; nullopt if the stroke did not write to this leaf.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Number of blocks that a cut adds to the credit, and limit of the credit. A visit of a block takes about 1 µs.
+// Limits of the search's work. kCreditPerCut: number of blocks that each cut adds to the credit, which is the number of
+// blocks that may still be visited. kMostCredit: limit of the credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 int floor_div(int a, int b) {
@@ -81,7 +82,7 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Forward and backward through the words, so that a few rounds complete the part
+      // The words are processed forward and backward, so that a few rounds complete the part.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
     }
@@ -115,12 +116,12 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 /// rate and are joined when they meet. The buffers stay allocated between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// The bits of a block as last read; the caller may change them. Null if the block was not read yet.
+  /// Returns the bits of a block as last read; the caller may change them. Null if the block was not read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// The bits of a block as last read; a block that was not read yet (`unseen`) is read now.
+  /// Returns the bits of a block as last read. A block that was not read yet (`unseen`) is read now.
   SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     return changing(find(volume, key, unseen));
   }
@@ -148,7 +149,8 @@ class LoosePieces::KnownBlocks {
       take(flood, i);
     }
   }
-  /// Lets the floods spread until at most one can still spread, and this one is larger than all floods that ended.
+  /// Lets the floods spread until at most one flood can still spread, and this flood is larger than all floods that
+  /// ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -170,9 +172,9 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Number of floods that remain separate.
+  /// Returns the number of floods that remain separate.
   std::size_t apart() const { return roots_.size(); }
-  /// The tissue of each remaining flood, sorted by size. The last flood is the largest; it may be incomplete.
+  /// Returns the tissue of each remaining flood, sorted by size. The last flood is the largest; it may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -189,14 +191,14 @@ class LoosePieces::KnownBlocks {
     }
     return out;
   }
-  /// Number of blocks that this search visited.
+  /// Returns the number of blocks that this search visited.
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
   struct Block {
     glm::ivec3 key{0};
     SolidBits bits{};
-    bool one_part = false;  // the bits are known to be connected
+    bool one_part = false;  // true if the bits are known to be connected
     // indices of the neighbouring blocks over the six faces; -1: not known yet
     int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
@@ -209,7 +211,7 @@ class LoosePieces::KnownBlocks {
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts from which the flood spreads; those before index `next` are done
+    std::vector<int> edge;  // parts from which the flood spreads; parts before index `next` are done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the flood's parts
     std::int64_t samples = 0;

@@ -18,18 +18,18 @@ class TissueVolume;
 /// One bit for each of a block's 8³ samples, set if the sample is in tissue: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// The part of a piece in one block; the block's first sample is at 8·key.
+/// The part of a loose piece that lies in one block; the block's first sample is at 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
 };
 using TissuePiece = std::vector<BlockPart>;
 
-/// Watches a volume during cutting. Samples are connected through their six faces. A cut can only separate tissue
-/// around the samples that became air. So a flood fill starts in each part of tissue there. All floods spread at the
-/// same rate until they have met, mostly within one block. A flood that ends without meeting another one has filled a
-/// loose piece. So the cost depends on the size of the piece, not of the tooth.
-///
+/// Watches a volume during cutting, and finds the tissue that a cut separates. Samples are connected through their six
+/// faces. A cut can only separate tissue around the samples that became air. So a flood fill starts in each part of the
+/// tissue around these samples. All floods spread at the same rate until they have met, mostly within one block. A
+/// flood that ends without meeting another flood has filled a loose piece. So the cost depends on the size of the
+/// piece, not of the tooth.
 /// Bodies that were separate before the first cut (two teeth) are not loose pieces. If a cut divides a body, only the
 /// smaller part is a loose piece. Deterministic: equal volumes and equal cuts give equal pieces.
 class LoosePieces {
@@ -44,9 +44,9 @@ class LoosePieces {
                                      std::span<const glm::ivec3> blocks);
   /// Must be called after samples lo .. hi were changed by anything except a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Must be called after an undo or redo: any sample may have changed.
+  /// Must be called after an undo or redo, because any sample may have changed.
   void after_edit();
-  /// Number of bodies at the start.
+  /// Returns the number of bodies at the start.
   std::size_t bodies() const { return body_count_; }
   /// Must be called after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
@@ -71,9 +71,9 @@ class LoosePieces {
   std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
   std::size_t body_count_ = 0;
-  // Samples of all bodies except the largest body, which has number 0
+  // samples of all bodies, except the largest body, which has number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
-  // Samples that became air and whose surroundings were not searched yet; keys may repeat
+  // samples that became air and whose surroundings were not searched yet; keys may repeat
   std::vector<BlockPart> emptied_;
   std::int64_t credit_ = 0;  // number of blocks that may still be visited: each cut adds some, each flood uses some
 };

@@ -1,5 +1,5 @@
-// A penalty force as a program computes it with OpenVDB alone, from depth and gradient of the level set at the head's
-// centre. Only a reference for bench rows.
+// A penalty force, as a program computes it with OpenVDB alone: from the depth and the gradient of the level set at the
+// head's centre. Only a reference for bench rows.
 #pragma once
 
 #include <memory>

@@ -13,8 +13,8 @@ constexpr double kBelow = 0.5;      // voxels, depth below a triangle at which i
 constexpr int kSteps = 3;           // number of Newton steps per vertex
 constexpr double kMostStep = 0.25;  // voxels, limit of a Newton step
 
-/// Newton's method along the gradient of the trilinear field. The mesher puts a vertex at the mean of a cell's
-/// crossings, which is not on a curved surface.
+/// Moves a vertex onto the surface by Newton's method along the gradient of the trilinear field. The mesher puts a
+/// vertex at the mean of a cell's crossings, and this mean is not on a curved surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
@@ -28,7 +28,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // threshold of |gradient|²; near its surface, a distance field has a larger gradient
+    // threshold of |gradient|²; the gradient of a distance field is larger near its surface
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

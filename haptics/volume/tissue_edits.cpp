@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Volume of each tissue in a set of leaves; every voxel counts with the fraction of it inside the surface.
+/// Sums the volume of each tissue in a set of leaves. Every voxel counts with its fraction inside the surface.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -33,7 +33,7 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
-    // Most leaves contain only one tissue: the sum needs no label per voxel.
+    // Most leaves contain only one tissue; then the sum needs no label per voxel.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -42,7 +42,7 @@ class LeafVolumes {
     }
     count_in(label, sum);
   }
-  /// m³; `voxel`: m, edge of a voxel.
+  /// Returns the sum, m³. `voxel`: m, edge of a voxel.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
@@ -108,7 +108,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // Number of marks that each volume may use; at one mark per microsecond they last twelve days
+  // number of marks (TissueVolume::mark) that each volume may use; at one mark per microsecond they last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -120,7 +120,8 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // Limit of the number of blocks since a mark; copying more of them would take as long as copying a whole patch
+  // limit of the number of blocks that were written since a mark; copying more blocks would take as long as copying a
+  // whole patch
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
@@ -130,7 +131,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  constexpr std::size_t kMost = 32;  // limit of the number of marks with stored writes; a session has fewer patches
+  // limit of the number of marks whose writes are stored; a session has fewer patches
+  constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
   v.writes.emplace_back();
@@ -180,8 +182,8 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// The leaf that a removal will write to; null in air far from any surface. `kept`: during a stroke, the copy of the
-/// leaf for undo.
+/// Returns the leaf that a removal will write to; null in air far from any surface. `kept`: during a stroke, the copy
+/// of the leaf for undo.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -287,7 +289,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Replaces a block of samples; has the interface of a removal.
+/// Replaces a block of samples. The class has the same interface as a removal (for example Sweep).
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -340,7 +342,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        // the leaf is a solid tile already, far inside the tissue
+        // the leaf is already a solid tile, far inside the tissue
         if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);

@@ -45,8 +45,8 @@ struct BrickBox {
     }
   }
 };
-/// All bricks that read a sample in the box lo .. hi, inclusive: a brick reads one sample beyond its cells on each
-/// side.
+/// Returns all bricks that read a sample in the box lo .. hi, inclusive. A brick reads one sample beyond its cells on
+/// each side.
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
@@ -62,24 +62,25 @@ inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
 }
-/// Hardness stored in a value; for a filled voxel this is the hardness before the filling.
+/// Returns the hardness stored in a value; for a filled voxel this is the hardness before the filling.
 inline std::uint8_t hardness_kept_in(std::int32_t value) {
   return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
 }
-/// Hardness that the hand feels and that determines cutting.
+/// Returns the hardness that the hand feels and that determines cutting.
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
-/// The value with another label and the same hardness.
+/// Returns the value with another label and the same hardness.
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
-/// The tissue that a value of the label grid shows.
+/// Returns the tissue that a value of the label grid shows.
 inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// All changes of one stroke: the leaves before the stroke or, once the stroke is undone, the leaves after it.
+/// All changes of one stroke. These are the leaves before the stroke; after an undo of the stroke, they are the leaves
+/// after the stroke.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
@@ -93,12 +94,12 @@ struct StrokeKept {
 };
 
 struct TissueVolume::Impl {
-  openvdb::FloatGrid::Ptr distance;  // voxels
+  openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
-  bool graded = false;               // some voxel was given a hardness other than its tissue's own
+  bool graded = false;               // true if some voxel has a hardness other than its tissue's own
   VoxelFrame frame;
-  double band = 0;  // m
+  double band = 0;  // m, distance from the surface up to which distances are stored
   bool exact_outside = true;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
@@ -114,8 +115,8 @@ struct TissueVolume::Impl {
   std::deque<TissueVolume::Written> writes;
   std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
-  std::size_t done = 0;    // number of strokes that are in the tissue; later ones were undone
-  bool in_stroke = false;  // the last stroke is not complete yet
+  std::size_t done = 0;    // number of strokes that are in the tissue; later strokes were undone
+  bool in_stroke = false;  // true if the last stroke is not complete yet
   PerTissue taken_back{};  // m³, volume that all undos brought back, minus what redos removed again
 
   Impl() { openvdb::initialize(); }
@@ -124,7 +125,7 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// The first mark of a volume; marks of different volumes differ.
+  /// Returns the first mark of a volume; marks of different volumes differ.
   static std::uint64_t first_mark();
   /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
   /// incomplete.
@@ -144,18 +145,18 @@ struct TissueVolume::Impl {
   /// Marks the bricks of a box that a cut or a filling has written to; lo > hi: nothing was written.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  /// Like TissueVolume::copy_every(), but copies only the samples from..to, inclusive.
+  /// Same as TissueVolume::copy_every(), but copies only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // Files store the parts of a label separately, see StoredVolume. Saving extracts hardness first; loading inserts it
-  // last.
+  // A file stores the parts of a value of the label grid separately, see StoredVolume. Saving extracts the hardness
+  // first; loading inserts it last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// Restores the labels from the time before a filling, in a box in which distances changed and the filling was
-  /// removed.
+  /// In a box in which distances changed and the filling was removed, restores the labels from the time before the
+  /// filling.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   /// Swaps the content of a stroke with the tissue; `back`: true for undo.

@@ -34,13 +34,13 @@ TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
 namespace {
 
-/// The value of the label grid for voxel `i` of the arrays.
+/// Returns the value of the label grid for voxel `i` of the arrays.
 std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// If a whole leaf of n³ voxels lies inside the tissue, deeper than the band, and has one value: this value of the
-/// label grid. Otherwise nullopt.
+/// If a leaf of n³ voxels lies inside the tissue, deeper than the band, and all its voxels have the same value, returns
+/// this value of the label grid. Otherwise returns nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -320,7 +320,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
   }
 }
 
-// Lambdas instead of functions, so that the loops that use them are vectorised.
+// These are lambdas instead of functions, so that the loops that use them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
@@ -475,8 +475,8 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
 
 namespace {
 
-/// For each tissue, the sum over all voxels of their volume inside the surface multiplied by `weight` (a function of
-/// the voxel's value in the label grid); m³.
+/// Returns for each tissue, in m³, the sum over all voxels of their volume inside the surface multiplied by `weight` (a
+/// function of the voxel's value in the label grid).
 template <class Weight>
 PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
                       const Weight& weight) {

@@ -25,7 +25,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;  // version of the file format, the oldest one with a UUID; see openvdb/version.h
+constexpr std::uint32_t kOldest = 218;  // oldest version of the file format that has a UUID; see openvdb/version.h
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
@@ -34,7 +34,7 @@ constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the size of all cached grids
 
-/// FNV-1a hash of the file's first `bytes` bytes.
+/// Returns the FNV-1a hash of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
   Fnv1a hash;
   std::vector<char> piece(1 << 16);

@@ -31,7 +31,7 @@ void rescale(openvdb::FloatGrid& grid, float factor) {
   openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
 }
 
-/// The grids as stored in the file. Throws Error with `name`.
+/// Returns the grids as stored in the file. Throws Error with `name`.
 StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
   const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {

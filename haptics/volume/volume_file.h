@@ -11,13 +11,14 @@ namespace typodont::haptics {
 
 /// Content of a file, in the units of haptics.
 struct StoredVolume {
-  openvdb::FloatGrid::Ptr distance;  // voxels
+  openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
-  openvdb::Int32Grid::Ptr before;    // label before the filling, plus one, for filled voxels; null: no fillings
-  // Hardness bytes (hardness.h), for a filled voxel from before the filling; null: all kOwnHardness
+  openvdb::Int32Grid::Ptr before;    // for filled voxels: the label before the filling, plus one; null: no fillings
+  // Hardness bytes (hardness.h); a filled voxel has the hardness from before the filling. Null: all voxels have
+  // kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
-  double band = 0;  // m
+  double band = 0;  // m, distance from the surface up to which distances are stored
   bool exact_outside = true;
 };
 

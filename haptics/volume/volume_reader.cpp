@@ -34,7 +34,7 @@ int run(int argc, char** argv) {
   std::error_code code;
   const std::uint64_t bytes = std::filesystem::file_size(from, code);
   if (code) return 2;
-  // Opened now, because the process gives up the right to open files for writing.
+  // The output file is opened now, because the process then gives up the right to open files for writing.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes),
@@ -53,14 +53,14 @@ int run(int argc, char** argv) {
   } catch (const std::exception& e) {
     message = Error(from, "", e.what(), "a tissue volume (.vdb)").what();
   }
-  // The message replaces the grids in the output file.
+  // On failure, a message replaces the grids in the output file.
   if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return haptics::kReaderCannotWrite;
   return 1;
 }
 
 }  // namespace
 
-/// Exits without cleanup: a sanitizer would use forbidden system calls at exit.
+/// The process exits without cleanup, because a sanitizer would use forbidden system calls at exit.
 int main(int argc, char** argv) {
   _exit(run(argc, argv));
 }

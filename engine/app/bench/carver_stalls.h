@@ -1,5 +1,5 @@
-// Measures the force on a hand while the carver stalls. Simulated hands touch the molar, with the servo's force law
-// and with other laws for comparison.
+// Measures the force on a simulated hand while the carver stalls. The hand touches the molar. The servo's own force law
+// is compared with other laws.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,15 @@
 
 namespace typodont {
 
-/// Treatment of the servo's force while the carver is late. All laws except the first are for comparison: they
-/// attenuate the force between servo and hand according to the tick's fault bits, so the servo's energy ledger does not
-/// include their effect.
+/// Laws for the force while the carver is late. kServo is the program's own law; the other laws exist for comparison.
+/// They change the force after the servo has computed it, depending on the tick's fault bits. So the servo's energy
+/// ledger does not include their effect.
 enum class StallLaw {
-  kServo,        // the servo's force, unchanged
-  kFadeOnStale,  // fades with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
-  kZeroAtEdge,   // zero while Fault::kPatchEdge is set
-  kFadeAndZero,  // both kFadeOnStale and kZeroAtEdge
+  kServo,  // the force that the servo computes, unchanged
+  /// the force falls with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
+  kFadeOnStale,
+  kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
+  kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together
 };
 inline constexpr StallLaw kStallLaws[] = {StallLaw::kServo, StallLaw::kFadeOnStale, StallLaw::kZeroAtEdge,
                                           StallLaw::kFadeAndZero};
@@ -24,11 +25,11 @@ const char* name_of(StallLaw law);
 
 /// Motion of the hand during the stall.
 enum class StallGesture {
-  kSlide,     // moves to and fro on the surface under a constant force, with the drill off
-  kDrill,     // slides with the drill on
-  kTap,       // leaves the surface and returns, driven by a spring
-  kWithdraw,  // lifts the tool after sliding or drilling, straight up or at an angle
-  kDropIn,    // descends from the air, driven by a spring to a point inside the tissue
+  kSlide,     // the tool moves to and fro on the surface under a constant force, with the drill off
+  kDrill,     // the tool moves to and fro on the surface with the drill on
+  kTap,       // a spring moves the tool off the surface and back
+  kWithdraw,  // the tool is lifted after it has slid or drilled, straight up or at an angle
+  kDropIn,    // a spring moves the tool from the air to a point inside the tissue
 };
 inline constexpr StallGesture kStallGestures[] = {StallGesture::kSlide, StallGesture::kDrill, StallGesture::kTap,
                                                   StallGesture::kWithdraw, StallGesture::kDropIn};
@@ -36,20 +37,20 @@ const char* name_of(StallGesture gesture);
 
 struct StallRun {
   StallGesture gesture = StallGesture::kSlide;
-  double stall = 0;        // s, duration of the stall; 0: the same hand without a stall, for comparison
-  double rate = 1000;      // Hz
-  std::uint64_t seed = 1;  // seed of the random hand, its tool and its position
+  double stall = 0;        // s, duration of the stall; 0: no stall, for comparison
+  double rate = 1000;      // Hz, rate of the servo
+  std::uint64_t seed = 1;  // random seed that determines the hand, its tool and its position
   StallLaw law = StallLaw::kServo;
 };
 
-/// Results from the stall's first tick to one second after its last tick. SI units.
+/// Results of one run, measured from the first tick of the stall to one second after its last tick. SI units.
 struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
   double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
-  double most_force = 0;  // N, largest force in this time
-  double most_speed = 0;  // m/s, highest speed of the hand
-  double held_back = 0;   // N, largest force against a hand that withdraws
+  double most_force = 0;  // N, largest force during the measured time
+  double most_speed = 0;  // m/s, highest speed of the hand during the measured time
+  double held_back = 0;   // N, largest force that pulls the hand to the tissue while the hand moves away from it
   double end_force = 0;   // N, force in the last tick
   std::uint32_t faults = 0;
 };

@@ -27,7 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory of this process, bytes: the present resident size, and the peak since the last start().
+/// Measures the memory of this process in bytes: its present resident size, and its largest resident size since the
+/// last call of start().
 class Memory {
  public:
   static void start() { std::ofstream("/proc/self/clear_refs") << "5"; }
@@ -53,8 +54,8 @@ double processor_seconds() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// Writes a head in Hounsfield units plus 1024: a skull with the arch of a lower jaw in front; it is open below, and
-/// has noise of 20 HU.
+/// Writes a simulated CT of a head: a skull that is open below, with the arch of a lower jaw in front. Grey values are
+/// Hounsfield units plus 1024, with noise of 20 HU.
 void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel_mm) {
   std::ofstream out(file, std::ios::binary);
   out << fmt::format(
@@ -83,12 +84,14 @@ void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel
   }
 }
 
-/// Grey value of a lower jaw with fourteen teeth along half a circle, Hounsfield units. `q`: mm from the circle's
-/// centre.
+/// Grey value, in Hounsfield units, of a lower jaw with fourteen teeth along half a circle. `q`: position in mm,
+/// relative to the circle's centre.
 double jaw_grey(const dvec3& q) {
-  constexpr double kArch = 25, kTeeth = 14, kApart = 4.0 / kTeeth * 0.7;  // mm; number; rad
+  // kArch: radius of the circle, mm; kTeeth: number of teeth; kApart: angle between two teeth, rad
+  constexpr double kArch = 25, kTeeth = 14, kApart = 4.0 / kTeeth * 0.7;
   const double angle = std::atan2(q.y, q.x), across = std::hypot(q.x, q.y) - kArch;
-  const double nearest = kApart * std::round((angle - kPi / 2) / kApart - 0.5) + kApart * 0.5;  // rad from the middle
+  // rad, angle of the nearest tooth, from the middle of the jaw
+  const double nearest = kApart * std::round((angle - kPi / 2) / kApart - 0.5) + kApart * 0.5;
   const double along = kArch * (angle - kPi / 2 - nearest);
   const bool in_row = std::abs(nearest) < kApart * kTeeth / 2 && q.y > 0;
   const double out = std::hypot(across, along);
@@ -128,7 +131,8 @@ void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x) {
-        double sum = 0;  // partial volume, from eight points of the voxel
+        // sum of the grey values at eight points of the voxel; their mean simulates the partial-volume effect
+        double sum = 0;
         for (int k = 0; k < 8; ++k)
           sum += jaw_grey((dvec3(x, y, z) + 0.5 * dvec3(k & 1, k >> 1 & 1, k >> 2)) * voxel - centre);
         row[static_cast<std::size_t>(x)] =
@@ -139,7 +143,7 @@ void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
   }
 }
 
-/// Writes a ball that is as large as a bone. `radius`: mm.
+/// Writes a mesh of a ball that is as large as a bone. `radius`: mm.
 void write_ball(const fs::path& file, double radius) {
   constexpr int kRings = 100;
   std::ofstream out(file);
@@ -161,7 +165,7 @@ void write_ball(const fs::path& file, double radius) {
 
 void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
              const std::function<haptics::Imported()>& import) {
-  malloc_trim(0);  // memory that earlier cases have freed does not count
+  malloc_trim(0);  // returns freed memory to the system, so that memory of earlier cases is not counted
   const double before = Memory::now(), start = processor_seconds();
   Memory::start();
   double estimate = 0;
@@ -216,7 +220,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
   {
     const fs::path file = folder / "jaw.nrrd";
     const glm::ivec3 size = run.quick ? glm::ivec3(96, 64, 48) : glm::ivec3(280, 190, 130);
-    const double voxel = 0.25 * 280 / size.x;  // mm
+    const double voxel = 0.25 * 280 / size.x;  // mm, voxel size
     write_jaw(file, size, voxel);
     haptics::ImportOptions jaw;
     jaw.greys = false;

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s, time at which the hand's step reaches the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand's stepwise motion reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
@@ -44,8 +44,8 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// An explorer rests above a block, steps onto the block at kTouchTime and stays there. So the sound is silence, then
-/// a tap.
+/// Measures the time from a step of the hand to its force and sound. The hand's explorer rests above a block, steps
+/// onto the block at kTouchTime and stays there. So the sound is silence, then a tap.
 void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path() / "hand.csv", wav = folder.path() / "s.wav", session = folder.path() / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -53,7 +53,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path() / "scene.json";
-  // The scene draws nothing, because picture_rows() measures the picture without a desktop.
+  // The scene has no picture; picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -74,7 +74,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   }
   if (felt < 0) return;
   rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
-  // A sound file uses the ticks' own times, so it shows the delay of the synthesizer alone.
+  // A sound file uses the time stamps of the ticks, so its delay is the delay of the synthesizer alone.
   const audio::Recording recording = audio::read_recording(wav);
   const std::vector<double> samples = recording.mono();
   for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
@@ -84,8 +84,8 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
   }
-  // A sound device plays in real time. A hundred times per second, the recording states the time from a tick to its
-  // sound.
+  // A sound device plays in real time. During playback, the recording stores the time from a tick to its sound a
+  // hundred times per second.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
   const auto card =
       std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
@@ -105,7 +105,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Time from a motion of the tool to the finished picture that shows it.
+/// Measures the time from a motion of the tool to the finished picture that shows this motion.
 void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
@@ -133,7 +133,7 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Two times since the start of a command, s: until its output `file` exists, and until its end.
+/// Times of a command, s: from its start until its output `file` exists, and until its end.
 struct Took {
   double there = 1e9, end = 1e9;
 };
@@ -155,7 +155,7 @@ Took time_of(const std::string& command, const fs::path& file) {
   return {to_seconds(there - start), to_seconds(end - start)};
 }
 
-/// Runs each command as a user would: the first run fills the caches, the second run is measured.
+/// Measures the start of each command. It is run twice: the first run fills the caches, the second run is measured.
 void start_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path() / "still.csv", said = folder.path() / "said.json",
                  picture = folder.path() / "left.png";

@@ -1,6 +1,6 @@
 // Simulates a session of eight hours: tissue is drilled, filled again and probed, with a recording and with undo data
-// for every stroke. Measures quantities that must not grow with the session's duration: memory, the cost of a tick,
-// open files, threads, bytes per tick.
+// for every stroke. Measures the quantities that must not grow with the session's duration: memory, the cost of a tick,
+// open files, threads, and bytes per tick.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -30,10 +30,10 @@ constexpr std::string_view kScene = R"({
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [12, 12, 6]}}},
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [12, 12, 1]}}}]},
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
-constexpr double kRate = 1000, kCycle = 60;  // Hz, rate of the servo; s, duration of a cycle
+constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a cycle
 
-/// The hand's cycle of one minute: it drills a pit, fills the pit, probes it, and rests. Then it moves to the next of
-/// 25 positions. Each position was last filled 25 minutes ago.
+/// Returns the hand's pose at the time `t`. In each cycle of one minute the hand drills a pit, fills the pit, probes
+/// it, and rests. Then it moves to the next of 25 positions. So it returns to a position after 25 minutes.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);
@@ -43,7 +43,7 @@ haptics::HandSample hand_at(double t) {
     return from + (to - from) * std::clamp(fraction, 0.0, 1.0);
   };
   const auto visit = [&](double begin, double end, double high,
-                         double low) {  // moves from `high` down to `low`, and up again at the end
+                         double low) {  // the height moves from `high` to `low`, and up again at the end
     const double down = way(way(kAway, high, in_cycle - begin), low, (in_cycle - begin - 1) / (end - begin - 2));
     return way(down, kAway, in_cycle - (end - 1));
   };
@@ -55,7 +55,8 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    z = visit(8, 12, 1.5_mm, 1.6_mm);  // the instrument's end, 1.5 mm below its origin, then closes the pit
+    // The instrument's tip lies 1.5 mm below its origin. At this height, the tip is at the surface and closes the pit.
+    z = visit(8, 12, 1.5_mm, 1.6_mm);
   } else {
     hand.tool = 2;
     z = visit(12, 18, 0.2_mm, 0.0_mm);
@@ -78,7 +79,7 @@ double entries(const char* folder) {
 }  // namespace
 
 std::vector<BenchRow> bench_length(const BenchRun& run) {
-  const double unit = run.quick ? 60 : 3600;  // s, unit of the times at which rows are added
+  const double unit = run.quick ? 60 : 3600;  // s, unit of time; a row is added after 1, 2, 4 and 8 units
   constexpr int kLast = 8;
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_length_{}.h5", ::getpid());
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});
@@ -104,7 +105,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
       if (loop.fresh_patch()) writer.append({loop.fresh_patch(), 1});
       if (did_cut) writer.append({&cut, 1});
       writer.append({&tick, 1});
-      if (count % 1000 == 0) writer.flush();  // at most one second of data may be lost
+      if (count % 1000 == 0) writer.flush();  // writes once per second, so a crash loses at most one second of data
       recording += static_cast<double>(thread_cpu_time() - ticked);
       (void)loop.carver().take_pieces();
     }
@@ -133,7 +134,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
     row("recording", static_cast<double>(fs::file_size(file)) / static_cast<double>(count), "bytes a tick");
     row("open files", entries("/proc/self/fd"), "files");
     row("threads", entries("/proc/self/task"), "threads");
-    // prints the rows now, because the next rows follow hours later
+    // prints the rows now, because the next rows are measured hours later
     for (std::size_t i = first; i < rows.size(); ++i) {
       const BenchRow& r = rows[i];
       log::info("{}, {}: {}", r.name, knob,

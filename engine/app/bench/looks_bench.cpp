@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A scene of tests/reference/scenes.json.
+/// A scene for which tests/reference/scenes.json lists a reference picture.
 struct ReferenceScene {
   std::string name;
   Scene scene;
@@ -43,7 +43,8 @@ ReferenceScene load(const Json& json, const fs::path& folder) {
                         {},
                         json.has("tool_mm"),
                         render::read_png(picture)};
-  if (json.boolean_or("finished", false)) loaded.around.covered = glm::dvec4(0);  // the cavity may reach below the gum
+  // a zero vector draws the root, too, because the cavity may reach below the gum
+  if (json.boolean_or("finished", false)) loaded.around.covered = glm::dvec4(0);
   if (loaded.tool) {
     loaded.tick.X_WT.p = loaded.tick.X_WG.p = json["tool_mm"].vec3() * kMillimetre;
     loaded.tick.spindle = scene.servo.spindle.free_speed;

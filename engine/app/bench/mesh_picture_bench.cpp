@@ -1,5 +1,5 @@
-// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex): the cost of updating and
-// uploading the changed parts between two frames, compared with the cost for the whole mesh.
+// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares the cost of updating
+// and uploading only the parts that changed since the last frame with the cost of the whole mesh.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,11 +23,11 @@ namespace typodont {
 namespace {
 
 constexpr double kBur = 0.6e-3;       // m, radius of a round bur
-constexpr int kApproach = 500;        // number of ticks from the air into the surface
+constexpr int kApproach = 500;        // number of ticks in which the bur moves from the air into the surface
 constexpr int kTicksAFrame = 16;      // number of ticks of 1 ms per frame
-constexpr double kDepth = 0.3e-3;     // m, depth to which the bur is moved
+constexpr double kDepth = 0.3e-3;     // m, depth of the bur below the surface
 constexpr double kPace = 5e-3;        // m/s, speed of the bur along the surface
-constexpr double kPictureTime = 2e6;  // ns, limit of the time of an update
+constexpr double kPictureTime = 2e6;  // ns, limit of the duration of an update
 
 /// Divides every triangle into four similar triangles, which gives a finer mesh.
 haptics::TissueMesh divided(const haptics::TissueMesh& mesh) {
@@ -121,7 +121,7 @@ std::vector<BenchRow> bench_mesh_picture(const BenchRun& run) {
   const auto scene = [](const char* name) {
     return load_untouched(read_scene(assets_folder() / "scenes" / (std::string(name) + ".json")));
   };
-  // The molar has four tissues, one below another, so labels are evaluated below every vertex.
+  // The molar has four tissues in layers, so the program must find the tissue below every vertex.
   rows_of("molar", scene("molar-caries"), run.quick, rows);
   haptics::TissueVolume arch = scene("arch-carve");
   for (int level = 1; level <= (run.quick ? 1 : 3); ++level) {

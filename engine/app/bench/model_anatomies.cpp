@@ -20,14 +20,15 @@ using haptics::ModelAnatomy;
 using haptics::TissueMesh;
 using haptics::TissueVolume;
 
-/// Loads a mesh file as a tissue: field models get the mesh's volume, mesh models the mesh itself.
+/// Loads a mesh file as an anatomy. Contact models that need a distance field receive a volume made of the mesh; models
+/// that need a mesh receive the mesh itself.
 ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> voxels_mm) {
   ModelAnatomy anatomy;
   anatomy.name = name;
   anatomy.mesh = haptics::read_tissue_mesh(assets_folder() / file, kMillimetre, Tissue::kDentin).mesh;
   anatomy.voxels_mm = std::move(voxels_mm);
   const auto mesh = std::make_shared<const TissueMesh>(anatomy.mesh);
-  // a cache, because making a volume takes seconds
+  // caches the volume for each voxel size, because making one takes seconds
   const auto kept = std::make_shared<std::map<double, DenseTissue>>();
   anatomy.make = [mesh, kept](double voxel_mm) {
     auto found = kept->find(voxel_mm);
@@ -47,7 +48,7 @@ ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> vox
 
 std::vector<ModelAnatomy> model_anatomies() {
   std::vector<ModelAnatomy> all;
-  // The molar's file contains voxels, so the triangles of its surface are the reference.
+  // The file of the molar contains voxels. So the triangles of its surface serve as the reference mesh.
   ModelAnatomy molar;
   molar.name = "molar";
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };

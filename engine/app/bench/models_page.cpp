@@ -20,7 +20,7 @@ namespace typodont {
 
 namespace {
 
-/// The distinct values of a member, in the order of their first appearance.
+/// Returns the different values of a member, in the order in which they first occur.
 std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::string ModelFigure::*member) {
   std::vector<std::string> all;
   for (const ModelFigure& f : figures)
@@ -28,8 +28,7 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question about one measure of one motion. `unit`: end of a row's unit, which selects among the rows of this
-/// measure.
+/// A question that the page answers with one measure of one motion. Only rows whose unit ends with `unit` are used.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;
@@ -38,14 +37,14 @@ struct Question {
 
 constexpr Question kPlotted[] = {
     {"How accurate is the direction of the force?",
-     "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error is the angle between model force "
-     "and exact force.",
+     "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error is the angle between the model "
+     "force and the exact force.",
      "direction", "slide", "direction", "rms", "direction error, degree rms"},
     {"How accurate is the magnitude of the force?",
-     "In the same slide, the error is the relative error of the magnitude.", "magnitude", "slide", "magnitude", "rms",
-     "magnitude error, % rms"},
+     "The error is the relative error of the force's magnitude while the hand slides.", "magnitude", "slide",
+     "magnitude", "rms", "magnitude error, % rms"},
     {"Is the tool drawn inside the tissue?",
-     "The figure is the largest depth of the drawn tool inside the exact shape during the same slide.", "penetration",
+     "The figure is the largest depth of the drawn tool inside the exact shape while the hand slides.", "penetration",
      "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
      "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The volume lost by the "
@@ -62,7 +61,8 @@ std::vector<Plot> panels_of(const std::vector<ModelFigure>& figures, const Quest
   std::vector<Plot> panels;
   for (const std::string& tissue : distinct(figures, &ModelFigure::tissue)) {
     Plot plot{tissue, "servo's tick, median, ns", q.y_label, {}};
-    for (const std::string& model : models) plot.of(model);  // gives each model the same colour in every panel
+    // adds all series first, so that a model has the same colour in every panel
+    for (const std::string& model : models) plot.of(model);
     bool any = false;
     for (const ModelFigure& f : figures) {
       if (f.tissue != tissue || !answers(f, q) || !(f.row->error > 0) || !(f.row->time_ns > 0)) continue;
@@ -80,7 +80,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// The value of a row that a table cell shows.
+/// Returns the number of a row that is written into a table cell.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;
@@ -89,8 +89,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// The row that answers a question for a model and a tissue. It has the model's finest setting, which is the last
-/// row. Null: no row does.
+/// Finds the row that answers a question for a model and a tissue. If the model has several resolutions, it is the row
+/// with the finest one, which is the last. Null if there is no such row.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -99,14 +99,14 @@ const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& 
   return row;
 }
 
-/// The distinct tissues for which a question has an answer.
+/// Returns the tissues for which a question has an answer, each once.
 std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
   std::vector<ModelFigure> asked;
   std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
   return distinct(asked, &ModelFigure::tissue);
 }
 
-/// A table with a row per model and a column per tissue; each model has its finest setting.
+/// Makes a table with a row per model and a column per tissue. Each cell shows the model at its finest resolution.
 std::string table_of(const std::vector<ModelFigure>& figures, const Question& q, const CellOf& cell) {
   const std::vector<std::string> tissues = tissues_of(figures, q);
   if (tissues.empty()) return {};
@@ -130,72 +130,91 @@ struct Tabled {
 };
 constexpr Tabled kTabled[] = {
     {{"Does friction follow Coulomb's law?",
-      "The error of the slide with friction is that of the ratio of tangential to normal force, relative to 0.15, in % "
-      "rms. "
-      "Sticking "
-      "counts as an error. In the groove the ball touches two walls, so there is no single normal.",
+      "The hand slides with a friction coefficient of 0.15. The error is that of the ratio of tangential to normal "
+      "force, relative to 0.15, in % (root mean square). If the ball sticks, this counts as an error. In the groove "
+      "the ball touches two walls, so there is no single normal.",
       "", "drag", "friction", "rms", ""},
      error_of},
-    {{"How long does a tick take at worst?", "CPU time of the servo's tick while sliding, 99.9 % quantile, µs.", "",
-      "slide", "tick, 99.9 %", "", ""},
-     microseconds_of},
-    {{"How long does a tick take while drilling?", "The same while the bur cuts, 99.9 % quantile, µs.", "", "drill",
+    {{"How long does a tick take at worst?",
+      "The figure is the CPU time of the servo's tick while the hand slides (99.9 % quantile, µs).", "", "slide",
       "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"How long does a cut take in the carver?", "CPU time of the carver's thread for one cut, median, µs.", "",
-      "drill", "carver's cut, median", "", ""},
+    {{"How long does a tick take while drilling?",
+      "The figure is the CPU time of the servo's tick while the bur cuts (99.9 % quantile, µs).", "", "drill",
+      "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"How large is the largest step of the model force?", "Sliding; N per tick, minus the step of the exact force.",
+    {{"How long does a cut take in the carver?",
+      "The figure is the CPU time of the carver thread for one cut (median, µs).", "", "drill", "carver's cut, median",
+      "", ""},
+     microseconds_of},
+    {{"How large is the largest step of the model force?",
+      "The figure is the largest change of the model force in one tick while the hand slides, minus that of the exact "
+      "force (N).",
       "", "slide", "step, asked", "", ""},
      error_of},
     {{"How large is the largest step of the output force?",
-      "The same after the servo's slew limit, force limit and passivity controller.", "", "slide", "step, felt", "",
-      ""},
+      "The figure is the largest change of the output force in one tick while the hand slides, after slew limit, force "
+      "limit and passivity controller (N).",
+      "", "slide", "step, felt", "", ""},
      error_of},
     {{"How much energy does the model force of a tap give to the hand?",
-      "Taps with 10, 30, 100 and 200 mm/s, 0.3 mm deep; largest energy given to the hand, µJ.", "", "tap",
-      "energy given, asked", "", ""},
+      "The hand taps the tissue with 10, 30, 100 and 200 mm/s, 0.3 mm deep. The figure is the largest energy that the "
+      "model force gives to the hand (µJ).",
+      "", "tap", "energy given, asked", "", ""},
      error_of},
-    {{"How much energy does the output force of a tap give to the hand?", "The same after the passivity controller.",
+    {{"How much energy does the output force of a tap give to the hand?",
+      "The figure is the largest energy that the output force gives to the tapping hand, after the passivity "
+      "controller (µJ).",
       "", "tap", "energy given, felt", "", ""},
      error_of},
     {{"How long does the bur take to drill through a sheet?",
-      "The bur is pressed with 1 N on a sheet of 0.3 mm; seconds until it has left the sheet; – if it never did.", "",
-      "break-through", "time", "", ""},
+      "The hand presses the bur with 1 N on a sheet of 0.3 mm. The figure is the time in seconds until the bur has "
+      "left the sheet, or – if it never did.",
+      "", "break-through", "time", "", ""},
      error_of},
-    {{"How large is the force behind the sheet?", "Largest force after the bur has left the sheet, N.", "",
-      "break-through", "force left", "", ""},
+    {{"How large is the force behind the sheet?",
+      "The figure is the largest force after the bur has left the sheet (N).", "", "break-through", "force left", "",
+      ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
       "A ball moves through a sheet and stays at least 4 mm behind it. A hand escapes if no force then pushes it back. "
-      "The table shows the percentage of such hands for each thickness, with random places and directions.",
+      "The table shows the percentage of hands that escape for each thickness of the sheet, with random positions and "
+      "directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
-    {{"Do hands escape at 20 mm per tick?", "The same.", "", "escape", "hands of 20 mm a tick", "", ""}, error_of},
-    {{"What do hostile hands get out of it?",
-      "Hands that wander with up to 0.2 m/s and 20 m/s², turn in all directions and drill: µJ that any of them got, at "
-      "most, behind the energy ledger.",
+    {{"Do hands escape at 20 mm per tick?",
+      "The ball moves through the sheet with 20 mm per tick. The table shows the percentage of hands that escape.", "",
+      "escape", "hands of 20 mm a tick", "", ""},
+     error_of},
+    {{"How much energy do hostile hands get?",
+      "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The figure is "
+      "the largest energy that the output force gives to any of these hands (µJ).",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
-    {{"How many of them get energy?", "More than 1 nJ: % of the hands.", "", "hostile", "hands with energy", "", ""},
+    {{"How many hostile hands get energy?", "The figure is the percentage of hostile hands that get more than 1 nJ.",
+      "", "hostile", "hands with energy", "", ""},
      error_of},
-    {{"Is all that they feel finite?", "Ticks with a number that is not.", "", "hostile", "ticks not finite", "", ""},
+    {{"Are all forces on hostile hands finite?", "The figure is the number of ticks with a force that is not finite.",
+      "", "hostile", "ticks not finite", "", ""},
      error_of},
-    {{"What does a hostile tick cost, at worst?", "99.9 %, µs.", "", "hostile", "tick, 99.9 %", "", ""},
+    {{"How long does a tick with a hostile hand take at worst?",
+      "The figure is the CPU time of the servo's tick with a hostile hand (99.9 % quantile, µs).", "", "hostile",
+      "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"How much memory does the set-up need?", "Memory of tissue, snapshots and model, MiB.", "", "set-up", "memory",
-      "", ""},
+    {{"How much memory does the set-up need?", "The figure is the memory of tissue, snapshots and contact model (MiB).",
+      "", "set-up", "memory", "", ""},
      error_of},
-    {{"How long does the set-up take?", "CPU time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
+    {{"How long does the set-up take?", "The figure is the CPU time of all threads (s).", "", "set-up", "time", "", ""},
+     error_of}};
 
-/// A task in the table of recommendations. The best model has the smallest figure among the models that meet the
-/// tick's time limit and do not let the hand through.
+/// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
+/// the tissue. The best model is the model with the smallest figure among those that do not fail.
 struct Task {
   const char* task;
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // meaning of the number that the table shows
+  const char* figure;  // explains the number that the table shows
 };
 
 const std::vector<Task>& tasks() {
@@ -249,10 +268,10 @@ const std::vector<Task>& tasks() {
   return all;
 }
 
-constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile: half of a period at 1 kHz
+constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
 
-/// Geometric mean over the task's tissues, for each tissue with the finest setting whose tick meets the time limit.
-/// Infinite if the model fails on one of the tissues.
+/// Geometric mean of the figure over the task's tissues. For each tissue, it uses the finest resolution whose tick
+/// meets the time limit. Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {
@@ -275,7 +294,7 @@ struct Ranked {
   std::string model;
   double score = INFINITY;
 };
-/// The models sorted by score, the best one first; models that fail are omitted.
+/// Returns the models sorted by score, the best first. Models that fail are omitted.
 std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
   std::vector<Ranked> all;
   for (const std::string& model : distinct(figures, &ModelFigure::model)) {
@@ -287,9 +306,9 @@ std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& 
 
 std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   std::string out =
-      "\n## Which model for which task\n\nThe best model has the smallest figure among the models that do not fail "
-      "and whose tick takes at most 500 µs (99.9 %) on these tissues. Figures are geometric means over the "
-      "tissues.\n\n| task | "
+      "\n## Which model for which task\n\nThe best contact model for a task has the smallest figure among the models "
+      "that do not fail and whose tick takes at most 500 µs (99.9 % quantile) on these tissues. The figures are "
+      "geometric means over the tissues.\n\n| task | "
       "best model | figure | second | its figure |\n"
       "|---|---|---|---|---|\n";
   for (const Task& task : tasks()) {
@@ -344,29 +363,32 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
   std::string page = fmt::format(
       R"(# Contact models compared
 
-This page compares all contact models, with the same tissue, the same hand and the same clock, with the exact solution.
-Made by `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`); not typed by
-hand. Every figure is a row of [rows.csv]({0}/rows.csv), which also contains figures that are not shown here.
+This page compares all contact models with the exact solution. The tissue, the hand and the clock are the same for all
+models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
+created this page. Every figure is a row of [rows.csv]({0}/rows.csv), which also contains figures that this page does
+not show.
 
 - **Measured on**: {1}.
-- **Tissue**: the tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm whose edges are crossed, a
-  sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh) and hip
-  socket (a mesh). The stiffness is 1 N/mm, the specific energy 8 J/mm³ and the friction 0.15.
-- **Hand and clock**: the tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
-  path regardless of the force, so all models get the same input bit for bit. There is no friction (except in the drag
-  test) and no damper. The drilling hand is a simulated mass. Hands that pass sheets and hostile hands are random with
-  seed 1, so errors are reproducible.
-- **Exact solution**: the exact solution is the position nearest to the hand at which a ball stays outside the exact
-  shape. It is computed by sequential quadratic programming in double precision (`haptics/bench/reference_contact.h`).
-- **Model force and output force**: the model force is the model's result, before the servo's slew limit, force limit and
-  passivity controller. The output force is the force that the servo sends to the hand. Errors are errors of the model
-  force.
-- **Time**: times are CPU times of the servo's thread, the least of three passes for each tick. Memory and set-up time
-  include tissue, snapshots and model.
-- **Setting**: the setting of a model is the voxel size for models with a field, the number of spheres for `packing`, the
-  number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is made. In plots,
-  each point is one setting. Tables show the finest setting. The meshes of arch and socket are used unchanged. Escape
-  and hostile hands have one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices).
+- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
+  slides, a sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh)
+  and hip socket (a mesh). The stiffness is 1 N/mm, the specific energy 8 J/mm³ and the friction 0.15.
+- **Hand and clock**. The tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
+  path regardless of the force, so all models get the same input bit for bit. The tests use no friction (except in the
+  drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through sheets and hostile hands are
+  random with the seed 1, so their errors are reproducible.
+- **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
+  shape. This position is computed by sequential quadratic programming in double precision
+  (`haptics/bench/reference_contact.h`).
+- **Model force and output force**. The model force is the result of the contact model, before the servo's slew limit,
+  force limit and passivity controller. The output force is the force that the servo sends to the hand. All stated
+  errors of the force are errors of the model force.
+- **Time**. All times of ticks are CPU times of the servo thread, the smallest of three passes for each tick. Memory and
+  set-up time include tissue, snapshots and contact model.
+- **Setting**. The setting of a contact model is the voxel size for models with a field, the number of spheres for
+  `packing`, the number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is
+  made. In the plots, each point is one setting. The tables show the finest setting. The meshes of arch and socket are
+  used unchanged. The tests of escape and of hostile hands use one setting per model (0.1 mm, 10,000 spheres, 8,000
+  vertices).
 )",
       folder, machine);
   page += table_of_choice(figures);

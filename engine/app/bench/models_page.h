@@ -14,7 +14,8 @@ struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;
 };
-/// The figures among `rows`, in order; rows with names of another form are omitted.
+/// Selects the rows whose names have the form "tissue, motion, model: measure", and keeps their order. Other rows are
+/// omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
 /// The model that is best in most tasks of the page's table of recommendations; empty if there are no figures.

@@ -1,5 +1,5 @@
-// The parts of `typodont bench`. Each part returns rows of error and time, with baselines measured in the same run.
-// Modules provide their own rows; parts that need several modules are in this folder.
+// The parts of `typodont bench`. A part measures error and time, and baselines in the same run, and returns them as
+// rows. The modules provide rows for themselves. Parts that need several modules are in this folder.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +25,7 @@ struct BenchPart {
   std::string_view what;  // one sentence for the page: what the part measures
   /// Returns the measured rows. Throws Error if a required file or device is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
-  bool takes_model = false;  // the part uses BenchRun::method
+  bool takes_model = false;  // true: the part uses BenchRun::method
   /// Writes the part's rows as a separate page; null: the rows are a section of the common page.
   void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                      const std::string& machine) = nullptr;
@@ -33,7 +33,7 @@ struct BenchPart {
 
 std::span<const BenchPart> bench_parts();
 
-// The parts that are implemented in this folder.
+// Functions of the parts that this folder implements.
 std::vector<BenchRow> bench_mesh_picture(const BenchRun& run);
 std::vector<BenchRow> bench_looks(const BenchRun& run);
 std::vector<BenchRow> bench_render(const BenchRun& run);

@@ -48,7 +48,7 @@ std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Plots the cost of the rows that vary the problem size.
+/// Plots the time against the problem size, for the rows that vary this size.
 std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   std::map<std::string, Plot> plots;
   for (const BenchRow& r : rows) {
@@ -65,7 +65,7 @@ std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Plots rows without a time: a quantity against the size, e.g. the critical stiffness against the servo rate.
+/// Plots rows that contain no time but a quantity and a size, for example the critical stiffness and the servo rate.
 std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {

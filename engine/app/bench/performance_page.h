@@ -14,8 +14,8 @@ struct MeasuredPart {
   std::vector<BenchRow> rows;
 };
 
-/// Growth of the time with the size, for the rows named `name`. It is the exponent b of a least-squares fit time ∝
-/// size^b on logarithmic scales. NaN if there are fewer than two sizes.
+/// Returns how fast the time grows with the size for the rows named `name`: the exponent b of a least-squares fit time
+/// ∝ size^b on logarithmic scales. NaN if there are fewer than two sizes.
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name);
 
 /// Writes FILE.md and one SVG per plot, in a folder of the same name beside it. Each file is written completely or not

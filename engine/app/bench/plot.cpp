@@ -17,15 +17,15 @@ namespace {
 constexpr std::array<const char*, 8> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#000000", "#8a8a8a"};
 
-/// Range of a logarithmic axis in whole decades.
+/// Range of a logarithmic axis, from a power of ten to another power of ten.
 struct Decades {
   int first = 0, last = 1;
   int step() const { return (last - first + 7) / 8; }
-  /// Position of the value on the axis: 0 at the first decade, 1 at the last.
+  /// Position of the value on the axis: 0 at the lower end, 1 at the upper end.
   double fraction(double v) const { return (std::log10(v) - first) / (last - first); }
 };
 
-/// The decades that contain all values.
+/// Finds the smallest range of whole decades that contains all values.
 Decades decades(const std::vector<Plot>& plots, double PlotPoint::*value) {
   double lo = INFINITY, hi = -INFINITY;
   for (const Plot& plot : plots) {

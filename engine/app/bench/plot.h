@@ -7,7 +7,7 @@
 namespace typodont {
 
 struct PlotPoint {
-  double x, y;  // both must be positive
+  double x, y;  // coordinates; both must be positive, because the axes are logarithmic
   std::string knob;
 };
 struct PlotSeries {

@@ -61,7 +61,7 @@ std::vector<BenchRow> bench_recording(const BenchRun& run) {
     const Nanos start = thread_cpu_time();
     {
       session::SessionWriter writer(file, header, options);
-      // number of ticks per append; the recorder also empties its rings in large pieces, twice per second
+      // Number of ticks that are appended together. The recorder also appends many ticks together, twice per second.
       constexpr std::size_t kPiece = 500;
       std::size_t cut = 0;
       for (std::size_t i = 0; i < done.ticks.size(); i += kPiece) {

@@ -25,8 +25,8 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
   return rig;
 }
 
-/// Root-mean-square difference of all pixels between `fine` (averaged over 2×2 blocks) and `coarse`, in steps of 0 to
-/// 255.
+/// Root-mean-square difference of two pictures over all pixels, in grey levels from 0 to 255. `fine` has twice as many
+/// pixels in each direction, so its blocks of 2×2 pixels are averaged first.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
   for (int y = 0; y < coarse.size.y; ++y) {
@@ -42,8 +42,8 @@ double difference(const render::Picture& fine, const render::Picture& coarse) {
   return std::sqrt(sum / (3.0 * coarse.size.x * coarse.size.y));
 }
 
-/// Mean over the picture of |a − 2 b + c| of the luma, in steps of 0 to 255: the change between three frames that a
-/// steady motion does not explain.
+/// Mean of |a − 2 b + c| over all pixels, where a, b, c are the luma values of three consecutive frames, 0 to 255. A
+/// steady change of brightness gives 0; flicker gives a large value.
 double second_difference(const render::Picture& a, const render::Picture& b, const render::Picture& c) {
   const auto luma = [](const std::uint8_t* p) { return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]; };
   double sum = 0;
@@ -52,7 +52,7 @@ double second_difference(const render::Picture& a, const render::Picture& b, con
   return sum / (static_cast<double>(b.size.x) * b.size.y);
 }
 
-/// Averages blocks of `side`² pixels.
+/// Reduces a picture: each block of `side` × `side` pixels becomes one pixel with the mean colour.
 render::Picture averaged(const render::Picture& fine, int side) {
   render::Picture out{fine.size / side, {}};
   for (int y = 0; y < out.size.y; ++y)
@@ -65,14 +65,16 @@ render::Picture averaged(const render::Picture& fine, int side) {
   return out;
 }
 
-/// Shimmer: the mean second difference while the view, or the tool alone, moves by a quarter of a pixel per frame.
+/// Shimmer of the picture: the mean second difference of three frames, while the view moves by a quarter of a pixel per
+/// frame (`view`), or only the tool does (`tool`).
 struct Shimmer {
   double view = 0, tool = 0;
 };
 
 constexpr glm::ivec2 kShimmerEye{320, 256};
 
-/// `size`: pixels of the drawn picture; it is reduced or enlarged to kShimmerEye, as a screen does.
+/// Measures the shimmer of one quality level. `size`: pixels of the drawn picture. The picture is then scaled to
+/// kShimmerEye, as a screen would do.
 Shimmer shimmer(const Scene& scene, haptics::TissueVolume& volume, const Surroundings& around,
                 const render::Quality& quality, const glm::ivec2& size, int frames) {
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
@@ -150,8 +152,8 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);
     const double error = difference(reference, stage->screen());
-    // Simulates drilling: the tool moves and two bricks change. Measures the processor time of all threads, because
-    // lavapipe uses several.
+    // Simulates a frame while drilling: the tool moves and two bricks change. The measured time is the processor time
+    // of all threads, because lavapipe (software rendering) uses several threads.
     ServoTick moving = tick;
     std::vector<double> times;
     for (int i = 0; i < (run.quick ? 3 : 15); ++i) {
@@ -172,7 +174,7 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
     rows.back().baseline = "a thirtieth of a second on two cores";
     rows.back().ratio = rows.back().time_ns / (2e9 / 30);
   }
-  // Reference: 4 samples in each of 4 × 4 pixels.
+  // Draws the reference picture: four times as many pixels in each direction, and 4 samples per pixel.
   const int frames = run.quick ? 3 : 6;
   const Shimmer least = shimmer(scene, volume, around, render::kQualityLadder.front(), 4 * kShimmerEye, frames);
   for (const render::Quality& quality : render::kQualityLadder) {

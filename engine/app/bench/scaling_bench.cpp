@@ -1,5 +1,5 @@
-// Measures how costs grow with the size of the scene. The servo's time must not depend on the size, and memory must
-// grow with the surface.
+// Measures how costs grow with the size of the scene. The time of a tick must not depend on the size. The memory must
+// grow only with the surface.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -22,7 +22,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.0;  // mm, width of the band; equal for all bodies, to make their memory comparable
+// mm, width of the band; it is equal for all bodies, so that their memory can be compared
+constexpr double kBand = 1.0;
 
 double allocated_bytes() {
   const auto info = mallinfo2();
@@ -31,7 +32,7 @@ double allocated_bytes() {
 
 struct Body {
   std::string knob, tissue;
-  dvec3 top;       // m, point that is drilled from above
+  dvec3 top;       // m, point at which the drill enters from above
   double surface;  // voxels², area of the surface
 };
 
@@ -46,7 +47,7 @@ Body ball(double radius_mm) {
       4 * kPi * std::pow(radius_mm / voxel, 2)};
 }
 
-/// Fourteen teeth on a parabola, each with an enamel crown, a dentin core and a root.
+/// Makes a dental arch: fourteen teeth on a parabola, each with an enamel crown, a dentin core and a root.
 Body dental_arch() {
   std::string solids;
   dvec3 first(0);
@@ -68,7 +69,7 @@ Body dental_arch() {
           area / std::pow(0.05, 2)};
 }
 
-/// A femoral head in its socket.
+/// Makes a hip: a femoral head in its socket.
 Body hip() {
   return {"hip, voxel 0.1 mm",
           fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [
@@ -80,8 +81,8 @@ Body hip() {
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
 
-/// Draws a close view of the drilled position, because the cost of a frame depends on what is visible, not on the
-/// size of the body.
+/// Measures the picture of a close view at the drilled position. In this view, the cost of a frame must not depend on
+/// the size of the body.
 void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& tissue, ServoTick tick, bool quick,
                  std::vector<BenchRow>& rows) {
   const auto fast = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),

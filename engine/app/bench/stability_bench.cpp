@@ -1,6 +1,6 @@
-// Measures the critical stiffness, above which a sampled wall is unstable under a simulated hand: for the servo, and
-// for the exact recurrence of the linear problem. Also measures the effect of the passivity controller on stiffer
-// walls.
+// Measures the critical stiffness, above which a simulated hand vibrates at a sampled wall. The real servo is compared
+// with the exact solution of the linear problem. Also measures how the passivity controller changes the motion at
+// stiffer walls.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,21 +21,22 @@ namespace {
 
 using namespace literals;
 
-// The simulated hand: a mass with a damper, pushed against the wall so hard that it never leaves the wall (Colgate &
-// Brown 1994).
-constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
+// The simulated hand is a mass with a damper. It is pushed against the wall so hard that it never leaves the wall
+// (Colgate & Brown 1994).
+constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kMass: kg; kDamping: N·s/m; kPush: N
 constexpr int kMostDelay = 2;
 
 struct Course {
-  bool grows = false;  // excursions grow from the second to the last quarter of the run, or the hand leaves the wall
-  double least_energy = 0;  // J, minimum of the energy ledger
+  // true: the motion grows from the second to the last quarter of the run, or the hand leaves the wall
+  bool grows = false;
+  double least_energy = 0;  // J, smallest value of the energy ledger
 };
 
-/// Timing of the simulated servo.
+/// Timing of the simulated servo: rate, delay and jitter.
 struct Clock {
-  double rate = 1000;  // Hz
+  double rate = 1000;  // Hz, rate of the servo
   int delay = 0;       // number of ticks from the computation of a force to its effect
-  double jitter = 0;   // largest deviation of a period in both directions, as a fraction of the period
+  double jitter = 0;   // largest deviation of a period from its mean, as a fraction of the period
 };
 
 /// Simulates a hand at a wall. `wall` gives the force (N) for a height above the surface (m) and the time since the
@@ -52,7 +53,7 @@ Course play(double stiffness, const Clock& clock, const std::function<double(dou
   double early = 0, late = 0;
   const int ticks = static_cast<int>(1.2 * clock.rate);
   for (int i = 0; i < ticks; ++i) {
-    std::copy_backward(force.begin(), force.end() - 1, force.end());  // every force becomes one tick older
+    std::copy_backward(force.begin(), force.end() - 1, force.end());  // shifts the queue of delayed forces by one tick
     force[0] = wall(z, T);
     T = (1 + either_way(random)) / clock.rate;
     const double e = std::exp(-kDamping / kMass * T);
@@ -73,11 +74,12 @@ Course theory(double stiffness, const Clock& clock) {
       stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-/// A wall, and above it a ball of 2 mm. `press` moves the ball to a height (m) above the position of first contact.
+/// A flat wall and a ball of 2 mm that presses on it. `press` moves the ball to a height in m; at height 0 the ball
+/// first touches the wall.
 class Wall {
  public:
   Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
-  /// Force at the height `z`, N; `after`: s since the previous call.
+  /// Moves the ball to the height `z` (m) and returns the force, N. `after`: time since the previous call, s.
   double press(double z, double after) {
     haptics::HandSample hand;
     hand.t = t_ += from_seconds(after);
@@ -115,13 +117,14 @@ HapticLoop Wall::make(double stiffness, double rate, bool controller) {
 Course servo(double stiffness, const Clock& clock, bool controller) {
   Wall wall(stiffness, clock.rate, controller);
   const auto at = [&](double z, double after) { return wall.press(z, after); };
-  // The hand must approach from outside, here at 20 mm/s.
+  // The servo requires that a contact begins outside the tissue, so the hand first approaches at 20 mm/s.
   const double rest = -kPush / stiffness, way = 0.02 / clock.rate;
   for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z, 1 / clock.rate);
   return play(stiffness, clock, at, [&] { return wall.energy(); });
 }
 
-/// Depth at which a hand with `speed` first feels `force`, m, at a wall of 1 N/mm with the controller on.
+/// Depth, in m, at which a hand that moves inward at `speed` (m/s) first feels `force` (N). The wall has 1 N/mm, and
+/// the passivity controller is on.
 double first_felt(double speed, double force, double rate) {
   Wall wall(1000, rate, true);
   const double way = speed / rate;
@@ -130,18 +133,17 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Lower bound of the depth, m, at which any possible controller can first give `force` at a wall of 1 N/mm. Whatever
-/// the next motion of the hand is, the controller must keep its energy ledger E above -ε (1 nJ). The controller may
-/// assume only that the hand retreats in one tick by at most a, the hand's last step. So a force F is allowed if F a
-/// <= E + ε. While the hand moves inward, the ledger gains F a <= E + ε per tick, so E + ε at most doubles in each
-/// tick.
+/// Smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The controller
+/// must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only that the hand
+/// retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only if F a <= E +
+/// ε. A hand that moves inward adds F a to the ledger in each tick, so E + ε can at most double per tick.
 double least_first_felt(double speed, double force, double rate) {
-  constexpr double kCredit = 1e-9;  // J, ε: amount by which the ledger may be overdrawn
+  constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;
   return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
-/// The critical stiffness, N/m, above which excursions grow.
+/// Finds the critical stiffness, N/m, by bisection. Above it, the hand's motion grows.
 template <class F>
 double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;
@@ -152,8 +154,8 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// Rows for a late carver: the worst effect on several hands, for each law, motion of the hand and duration of the
-/// stall.
+/// Adds the rows for a carver that stalls. Each row contains the worst result of several hands, for one law, one motion
+/// of the hand and one duration of the stall.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};
@@ -212,7 +214,8 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
                            {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
-      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: stable for b > K (T / 2 + delay)
+      // N/m, first guess from Colgate's condition: a wall K is stable for a damping b > K (T / 2 + delay)
+      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);
       const double expected = critical(guess, [&](double k) { return theory(k, clock); });
       const double found = critical(guess, [&](double k) { return servo(k, clock, false); });
       const auto row = [&](std::string name, double value, const char* unit) {

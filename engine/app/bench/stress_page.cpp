@@ -19,14 +19,14 @@ namespace {
 struct Name {
   std::string campaign, model, measure;
 };
-/// Splits "campaign, model: measure"; the parts are empty if the name has another form.
+/// Splits the name "campaign, model: measure" of a row. The parts are empty if the name has another form.
 Name name_of(const BenchRow& row) {
   const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
   if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Names of the measures for which a value above the limit means kFell; for all other measures it means kFlawed.
+/// Names of serious measures. A value above the limit means kFell for these measures, and kFlawed for all others.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -34,49 +34,53 @@ struct Campaign {
 };
 constexpr Campaign kCampaigns[] = {
     {"hostile hand",
-     "hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of them drill. The force "
-     "is limited to 8 N"},
+     "Simulated hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of these hands "
+     "drill. The force is limited to 8 N"},
     {"nonsense",
-     "the same hands give invalid input in one tick of fifty. The input has positions that are NaN, infinite or far "
-     "away, jumps of the hand, a clock that jumps back or forward by 3 s, and undone strokes"},
+     "The hostile hands also give invalid input in one tick of fifty. The invalid input has positions that are NaN, "
+     "infinite or far away, jumps of the hand, a clock that jumps back or forward by 3 s, and undone strokes"},
     {"carver stalls",
-     "a hand slides, drills and taps while the carver's thread stalls for 50 ms to 3 s. The figure \"step\" is the "
+     "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The figure \"step\" is "
+     "the "
      "largest force step minus that of the same hand without a stall"},
     {"uneven clock",
-     "the same hands have tick periods that vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
+     "The tick periods of the hostile hands vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
     {"200 N",
-     "a hand of 1 kg presses a head of 20 mm on a ball of bone with 200 N while it slides and reams. The stiffness is "
-     "60 N/mm"},
+     "A simulated hand of 1 kg presses a tool head of 20 mm on a ball of bone with 200 N while the head slides and "
+     "reams. "
+     "The contact stiffness is 60 N/mm"},
     {"fast probe",
-     "the tip of an explorer (0.25 mm) slides over a box's edges, a groove and the dental arch with 30, 60 and 120 "
-     "mm/s, at a depth of half its radius"},
+     "The tip of an explorer (0.25 mm) slides over the edges of a box, a groove and the dental arch with 30, 60 and "
+     "120 mm/s, at a depth of half its radius"},
     {"thin wall",
-     "a ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand escapes if no force pushes it back "
+     "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand escapes if no force pushes it back "
      "behind the sheet"}};
 
-/// Known reason why a model does not survive a campaign. It is printed only if the model did not survive.
+/// Known reason why a model does not survive a campaign. The page prints the reason only if the model did not survive.
 struct Cause {
   std::string_view campaign, model, why;
 };
 constexpr std::string_view kUnpaidLeap =
-    "the proxy stays above the sheet, but the hand did no work against the force during the jump. So the passivity "
-    "controller removes the force while the hand rests";
+    "The proxy stays above the sheet, but the hand did no work against the force during the jump. The passivity "
+    "controller therefore removes the force while the hand rests";
 constexpr std::string_view kFissures =
-    "the model gives energy only on the arch, with forces of 0.06 N, because a scripted hand changes its direction at "
-    "the fissures faster than the passivity controller predicts";
+    "The model generates energy only on the dental arch, with forces of 0.06 N, because a scripted hand changes its "
+    "direction at the fissures faster than the passivity controller predicts";
 constexpr Cause kCauses[] = {
     {"thin wall", "offset", kUnpaidLeap},
     {"thin wall", "implant", kUnpaidLeap},
     {"fast probe", "offset", kFissures},
     {"fast probe", "implant", kFissures},
-    {"thin wall", "voxel_penalty", "without a proxy nothing stops a hand that passes the wall between two ticks"},
+    {"thin wall", "voxel_penalty",
+     "Without a proxy, nothing stops a hand that passes through the wall between two ticks"},
     {"fast probe", "voxel_penalty",
-     "the springs are weaker with fewer than ten samples in contact, and a tip as small as a voxel has few samples"},
+     "The springs of the model are weaker if fewer than ten sample points have contact, and a tip as small as a voxel "
+     "has few sample points"},
     {"carver stalls", "voxel_penalty",
-     "the model has no tissue outside its patch, and no plane of a last contact that could hold the hand there"},
+     "The model has no tissue outside its patch, and no plane of a last contact that could stop the hand there"},
     {"fast probe", "packing",
-     "gaps between 10,000 spheres are as wide as the tip, so the tip falls into them. Use more spheres, or another "
-     "model for explorers"}};
+     "The gaps between 10,000 spheres are as wide as the tip of the explorer, so the tip falls into them. Use more "
+     "spheres, or another contact model for explorers"}};
 
 template <class T, class Member>
 std::vector<std::string> distinct(const std::vector<T>& all, Member member) {
@@ -134,7 +138,7 @@ std::string map_of(const std::vector<SurvivalCell>& cells) {
 
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
   std::vector<SurvivalCell> cells;
-  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell
+  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell of the map
   for (const BenchRow& row : rows) {
     const Name name = name_of(row);
     if (name.model.empty() || !(row.ratio >= 0)) continue;
@@ -149,7 +153,7 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // A fall counts more than any flaw.
+    // Keeps the worse result of a model. kFell is worse than kFlawed. If both are equal, the larger ratio is worse.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =
@@ -168,23 +172,26 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
 
   std::string page = fmt::format(
       "# What each contact model survives\n\n"
-      "Made by `./run bench stress` (`typodont bench stress --out docs/stress/rows.csv --page docs/stress.md`); not "
-      "typed by\nhand. Every figure is a row of [rows.csv]({0}/rows.csv). A short version runs in the tests.\n\n"
+      "The command `./run bench stress` (`typodont bench stress --out docs/stress/rows.csv --page docs/stress.md`) "
+      "created this page. Every figure is a row of [rows.csv]({0}/rows.csv). The tests run a short version of this "
+      "benchmark.\n\n"
       "**Measured on**: {1}.\n\n"
-      "![models in rows, campaigns in columns]({0}/map.svg)\n\n"
-      "- **survives**: every figure is within its limit.\n"
-      "- **flawed**: the force is finite, within its limit, and holds the hand. But the model generates energy (more "
-      "than 1 nJ), has\n  force steps (0.25 N per tick more than without the disturbance), or has a large error.\n"
-      "- **falls**: the force is not finite or exceeds its limit, or the hand passes the tissue or feels no force in "
+      "![Map of the results, models in rows and campaigns in columns]({0}/map.svg)\n\n"
+      "- The result **survives** means that every figure is within its limit.\n"
+      "- The result **flawed** means that the force is finite, is within its limit, and stops the hand, but the model "
+      "has a fault. A flawed model generates energy (more than 1 nJ), has force steps (0.25 N per tick more than "
+      "without "
       "the "
-      "tissue.\n\n## The campaigns\n\n",
+      "disturbance), or has a large error.\n"
+      "- The result **falls** means that the force is not finite or exceeds its limit, or that the hand passes through "
+      "the tissue or feels no force in the tissue.\n\n## The campaigns\n\n",
       folder.filename().string(), machine);
-  for (const Campaign& campaign : kCampaigns) page += fmt::format("- **{}**: {}.\n", campaign.name, campaign.what);
+  for (const Campaign& campaign : kCampaigns) page += fmt::format("- **{}**. {}.\n", campaign.name, campaign.what);
   std::string causes;
   for (const Cause& cause : kCauses) {
     const SurvivalCell* const cell = cell_of(cells, std::string(cause.campaign), std::string(cause.model));
     if (cell && cell->survival != Survival::kSurvived)
-      causes += fmt::format("- `{}`, {}: {}.\n", cause.model, cause.campaign, cause.why);
+      causes += fmt::format("- `{}`, {}. {}.\n", cause.model, cause.campaign, cause.why);
   }
   if (!causes.empty()) page += "\n## Why some do not survive\n\n" + causes;
   page += "\n## Figures\n\n| campaign | measure | limit |";

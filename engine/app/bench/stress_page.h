@@ -10,11 +10,11 @@
 
 namespace typodont {
 
-/// Result of a model in a campaign.
+/// Result of a contact model in a campaign of stress tests.
 enum class Survival {
   kSurvived,  // all figures are within their limits
-  kFlawed,    // no fall, but a step of the force, an energy or an error exceeds its limit
-  kFell       // the force is not finite, exceeds its limit or is missing, or the tool penetrated the tissue
+  kFlawed,    // an error, an energy or a force step exceeds its limit, but none of the failures of kFell occurred
+  kFell       // the force is not finite, exceeds its limit or is missing, or the tool passed through the tissue
 };
 
 struct SurvivalCell {
@@ -22,8 +22,8 @@ struct SurvivalCell {
   Survival survival = Survival::kSurvived;
   std::string worst;  // the figure that exceeds its limit most; empty if no figure does
 };
-/// One cell for each campaign and model, in the rows' order. Rows whose name is not "campaign, model: measure" are
-/// omitted.
+/// Returns one cell for each campaign and model, in the order of the rows. Rows whose name is not "campaign, model:
+/// measure" are omitted.
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows);
 
 /// Writes FILE.md and, in a folder of the same name beside it, map.svg. `machine`: processor, compiler, flags and date

@@ -1,7 +1,7 @@
-// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread: the whole
-// molar at 0.05 mm, the part that changes in a frame of drilling, and a ball at equal error. The program's rows are
-// "triangles" (from bricks, as in volumeToMesh) and "picture" (the whole TissueView: reading bricks from the carver's
-// volume, triangles, and the tissues below the surface).
+// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. The
+// inputs are the whole molar at 0.05 mm, the part that changes in a frame of drilling, and a ball at equal error. The
+// row "triangles" meshes bricks, as volumeToMesh does. The row "picture" measures the whole TissueView: reading bricks
+// from the carver's volume, triangles, and the tissues below the surface.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,9 +27,9 @@ namespace {
 using haptics::MeshBaseline;
 using namespace literals;
 
-constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band
+constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band of stored distances around the surface
 
-/// The shipped molar, resampled with this voxel size.
+/// Returns the shipped molar, resampled with the voxel size `voxel`.
 haptics::TissueVolume molar(double voxel) {
   const haptics::TissueVolume coarse = haptics::TissueVolume::load(assets_folder() / "teeth/molar.vdb");
   glm::ivec3 lo, hi;
@@ -70,7 +70,7 @@ haptics::TissueVolume molar(double voxel) {
   return haptics::TissueVolume(fine);
 }
 
-constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls, not at a grid point
+constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls; it is not a grid point
 
 haptics::TissueVolume ball(double radius_voxels) {
   const double voxel_mm = 0.05;
@@ -90,7 +90,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   const int reach = static_cast<int>(radius) + 15;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y) {
-      // A row along z intersects the band in two intervals.
+      // Along z, the band around the ball's surface consists of two intervals, one below and one above the centre.
       const double across = std::hypot(x - kCentre.x, y - kCentre.y);
       if (across > radius + kBand) continue;
       const double far = std::sqrt(std::max(0.0, std::pow(radius + kBand, 2) - across * across));
@@ -105,7 +105,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   return grid;
 }
 
-/// Input for volumeToMesh: a grid with the same samples, in voxels.
+/// Makes the input of volumeToMesh: a grid with the samples of `volume`, in voxel units.
 std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -123,7 +123,7 @@ std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
 }
 
 struct Extraction {
-  double ns = 0;  // ns, median
+  double ns = 0;  // ns, median of the time
   surface::WholeMesh mesh;
 };
 
@@ -142,7 +142,7 @@ std::vector<FieldBrick> read(const haptics::TissueVolume& volume, const std::vec
   return bricks;
 }
 
-/// Time to mesh the bricks, ns.
+/// Measures the time to mesh the bricks, ns.
 double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBrick>& bricks) {
   return measure(1,
                  [&] {
@@ -170,7 +170,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // This second carver is for the row "triangles", because the changes of a carver can be queried only once.
+    // The row "triangles" has a carver of its own, because the changes of a carver can be queried only once.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
@@ -179,7 +179,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = measure(1, [&] { (void)view.update(carver.volume()); }).median;
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // Drills with a bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
+    // Drills with a bur of 1.2 mm at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the top of the
+    // crown.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();
@@ -206,7 +207,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Rows for a ball. For the program's mesher it is sampled coarsely; for volumeToMesh it is sampled finer, until both
+/// Adds the rows for a ball. This program's mesher gets a coarse grid. For volumeToMesh the grid is refined until both
 /// errors are equal.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {

@@ -1,4 +1,4 @@
-// Measures the cost of undoing a stroke and of storing it: on the CT molar, and on a block of fine voxels with burs of
+// Measures the cost of storing a stroke and of undoing it, on the CT molar and on a block of fine voxels with burs of
 // all sizes.
 #include <fmt/format.h>
 
@@ -24,13 +24,14 @@ constexpr std::string_view kBlock = R"({"name": "block", "tissue": {"voxel_mm": 
   {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [12, 10, 2]}}}]},
   "tools": ["round_012", "cylinder_012", "flame_018", "round_040"]})";
 
-/// Makes strokes: parallel passes straight through the tissue.
+/// Cuts strokes that consist of parallel passes straight through the tissue.
 struct Cutter {
   haptics::Carver& carver;
   dvec3 low, high;  // m, bounds of the tissue
   Nanos t = 0;
 
-  /// Makes one stroke: `passes` passes of tool `tool` at a distance of `apart`, with the head's centre at height `z`.
+  /// Makes one stroke with the tool number `tool`: `passes` parallel passes, each `apart` from the next, with the
+  /// head's centre at height `z`.
   void stroke(std::uint32_t tool, int passes, double apart, double z) {
     t += kNanosPerSecond;
     const double middle = 0.5 * (low.y + high.y);
@@ -46,7 +47,7 @@ struct Cutter {
   }
 };
 
-/// Rows of one kind of stroke, repeated `repeats` times at heights z(repeat).
+/// Adds the rows of one kind of stroke. The stroke is repeated `repeats` times, each time at another height.
 template <typename Height>
 void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats,
              const Height& z, const std::string& knob) {
@@ -66,7 +67,7 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     back.push_back(static_cast<double>(undone - start));
     (void)carver.volume().take_changed_bricks();
     bytes = carver.volume().strokes().bytes;  // bytes of this stroke alone, because the previous one was discarded
-    carver.undo();                            // undoes the stroke, so that the next stroke meets the same tissue
+    carver.undo();                            // reverts the stroke, so that the next stroke cuts the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
   rows.push_back({.name = "prepared in the pause after it",
@@ -104,7 +105,7 @@ std::vector<BenchRow> bench_undo(const BenchRun& run) {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
     haptics::Carver carver(load_tissue(scene), haptics::tool_set(scene.servo));
     Cutter cutter = cutter_of(carver);
-    for (const int passes : {1, 4, 16})  // strokes through the crown, below its top
+    for (const int passes : {1, 4, 16})  // strokes go through the crown, below its top
       measure(
           rows, cutter, 0, passes, 0.2e-3, run.quick ? 3 : 15,
           [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },

@@ -1,4 +1,4 @@
-// typodont bench: measures error and time of each part, with baselines measured in the same run.
+// The command `typodont bench`: measures error and time of each part, with baselines measured in the same run.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -35,7 +35,7 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// Describes machine, compiler, flags and date, because only rows of the same machine and build are comparable.
+/// Describes machine, compiler, flags and date. Rows can be compared only if these are equal.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
@@ -89,7 +89,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// Reads the rows stored in `file`, by part. Throws Error if the file is not a table of rows.
+/// Reads the rows of all parts from `file`. Throws Error if the file is not a table of rows.
 std::map<std::string, std::vector<BenchRow>> stored_rows(const std::string& file) {
   LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
@@ -153,8 +153,8 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
-/// The contact model named by --model; null if the option is missing. Throws Error if a requested part does not measure
-/// contact models.
+/// Returns the contact model that the option --model names; null if the option is missing. Throws Error if a requested
+/// part does not measure contact models.
 haptics::SharedContactMethod chosen_method(const Options& options) {
   if (options.model.empty()) return nullptr;
   std::vector<std::string> taking;
@@ -186,7 +186,7 @@ void run(const Options& options) {
     measured.push_back({&part, part.rows(asked)});
   }
   std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
-  if (!options.keep.empty()) {  // the kept rows were not measured on this machine today
+  if (!options.keep.empty()) {  // the kept rows were measured earlier, perhaps on another machine
     LineReader in(options.keep, InputKind::kTable);
     std::string first;
     if (in.next(first) && first.starts_with("# "))

@@ -1,4 +1,4 @@
-// typodont calibrate …: the set-up procedure of a bench, and its single solvers.
+// The command `typodont calibrate`: the guided set-up of a bench, and a subcommand for each solver.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ using namespace calibration;
 
 namespace {
 
-/// Destination of a result: a file, JSON on standard output, or text.
+/// Where a result is written: to a file, as JSON on standard output, or as text.
 struct Output {
   std::string file;
   bool json = false;
@@ -106,13 +106,13 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// The values by which the two commands for poses of an arm and a tracker differ.
+/// Differences between the two commands that compare poses of an arm with poses of a tracker.
 struct PoseCommand {
   const char* name;
   const char* about;
   const char *X, *Z;  // names of the two results
   const char *X_what, *Z_what;
-  const char* b_columns;  // meaning of the columns b of the input
+  const char* b_columns;  // description of the input's columns b for the help
   const char* footer;
   bool camera_on_arm;
 };
@@ -301,7 +301,7 @@ std::string summary(const BenchState& bench) {
   return text;
 }
 
-/// Options of guided capture on the command line.
+/// Command-line options of the guided capture.
 struct HandOptions : GuideOptions {
   double plate_pitch_mm = 40, still_mm = 0.3;
   bool no_window = false;
@@ -332,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the steps that are solved from the captures beside the rig file.
+/// Options of the steps that are computed from captures. The captures are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -440,8 +440,8 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // These captures are stored beside the rig, like all others, but the check of each session starts without old
-      // captures.
+      // All captures are stored beside the rig. The check at a session's start has a folder of its own, so that it does
+      // not use old captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -493,7 +493,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step: guided capture, solution, and storage in the rig file. Returns false if the user stopped.
+/// Runs one step: captures data, computes the result, and stores it in the rig file. Returns false if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

@@ -25,7 +25,7 @@ Check check_of(const CLI::Validator& validator) {
   return Check(std::make_shared<const CLI::Validator>(validator));
 }
 
-constexpr std::size_t kLongest = 40;  // limit of the number of an argument's characters that a message shows
+constexpr std::size_t kLongest = 40;  // characters: a message shows at most this many characters of an argument
 
 std::string shown(const std::string& text) {
   return text.size() > kLongest ? text.substr(0, kLongest - 3) + "..." : text;
@@ -60,8 +60,8 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
-/// Makes every numeric option of `app` and its commands refuse "nan", because checks of a range do not detect it, and
-/// "inf", because it can cause endless work.
+/// Makes every numeric option of `app` and of its commands refuse "nan" and "inf". A range check accepts "nan", and
+/// "inf" could cause endless work.
 void take_finite_numbers_only(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);
@@ -135,7 +135,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // set only in the object of the program itself, which owns all commands
+  std::unique_ptr<CLI::App> root;  // set only in the object that represents the program; it owns all commands
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;
@@ -203,7 +203,7 @@ std::optional<int> Command::run(int argc, char** argv) {
   try {
     impl_->app->parse(argc, argv);
     return std::nullopt;
-  } catch (const CLI::Success& e) {  // the option was --help or --version
+  } catch (const CLI::Success& e) {  // the command line contains --help or --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
     impl_->app->exit(e);

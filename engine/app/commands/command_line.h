@@ -1,5 +1,5 @@
-// The command line: commands, options, and checks of option values. CLI11 parses the words; only command_line.cpp
-// includes CLI11, which costs 8 s of compile time per file.
+// The command line: commands, options, and checks of option values. CLI11 parses the command line. Only
+// command_line.cpp includes CLI11, because its header adds 8 s to the compile time of a file.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// A check of an option's value. A value that fails it is refused with a message that states the expected values.
+/// A check of an option's value. If the value fails the check, a message states which values are expected.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -31,14 +31,15 @@ class Check {
 /// Accepts a finite number from low to high, inclusive.
 Check range(double low, double high);
 Check range(int low, int high);
-/// Accepts a number that is above 0 and at most `most`.
+/// Accepts a number x with 0 < x <= `most`.
 Check more_than_zero(double most = 1e9);
-/// Accepts a whole number from 0, for example a monitor or a channel.
+/// Accepts a whole number that is 0 or larger, for example the number of a monitor or channel.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// Accepts the name of a file that the command may write: the extension belongs to one of these kinds (a device or FIFO
-/// may have any name), the folder is writable, and an existing file of this name may be overwritten (PartialFile).
+/// Accepts the name of a file that the command may write. The extension must belong to one of `kinds` (a device or FIFO
+/// may have any name), and the folder must be writable. `over` says if an existing file may be overwritten
+/// (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {
@@ -46,20 +47,20 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// Shows the variable's present value as the default in the help.
+  /// Makes the help show the variable's present value as the default.
   Option* show_default();
-  /// The option takes `count` words.
+  /// The option takes `count` values.
   Option* expected(int count);
-  /// The option takes at most one word; without a word, its value is `usual`. `word`: placeholder for the word in the
-  /// help.
+  /// The option takes a value or none; without a value it is `usual`. `word`: placeholder for the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with its options and subcommands; the root command is the program itself. Returned pointers are valid as
-/// long as the root exists. The root's run() writes the variables, so the variables must outlive it.
+/// A command with its options and subcommands. The root command is the program itself. Returned pointers are valid as
+/// long as the root exists. run() of the root stores option values in the caller's variables, so these must outlive the
+/// root.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -67,27 +68,28 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// Adds an option. `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or
-  /// path, or an optional or vector of these types, as listed in command_line.cpp.
+  /// Adds an option. `name`: "--out" for an option, or a name without "--" for a positional argument. T: a string, a
+  /// number, a path, or an optional or vector of these types, as listed in command_line.cpp.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about = "");
   Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
-  /// Sets the text below the help.
+  /// Sets a text that the help shows at its end.
   void footer(const std::string& text);
   void version(const std::string& text);
   /// Sets the smallest and the largest number of subcommands that may be given.
   void expect_commands(int least, int most);
-  /// Sets the work of the command, which runs after all options are read. The work may throw.
+  /// Sets the function that carries out the command. It is called after all options are read, and may throw.
   void callback(std::function<void()> work);
-  /// Throws Error if one of `options` was given although `needed` (text such as "--view section") was not.
+  /// Throws Error if one of `options` is on the command line although it has no effect, because another option is
+  /// missing. `given`: true if the other option is on the command line. `needed`: its text, such as "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
   /// True if the command line names a subcommand of this command.
   bool named_command() const;
   std::string help() const;
 
-  /// Parses the words and runs the named command. Only for the root. Returns an empty optional after a command ran,
-  /// otherwise the exit status: 0 after --help and --version, 2 if the words are invalid. Throws the exceptions of the
-  /// command's work.
+  /// Parses the command line and runs the command that it names. Call it only on the root. Returns an empty optional
+  /// after a command ran, otherwise the exit status: 0 after --help and --version, 2 if the command line is invalid.
+  /// Throws the exceptions of the command's work.
   std::optional<int> run(int argc, char** argv);
 
  private:

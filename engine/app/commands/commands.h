@@ -1,4 +1,4 @@
-// The program's commands, each in its own file with the command's name (a hyphen becomes an underscore).
+// The commands of the program. Each command has a file with its name, in which hyphens are replaced by underscores.
 #pragma once
 
 namespace typodont {
@@ -7,8 +7,8 @@ namespace cli {
 class Command;
 }
 
-// Each function adds its command to `program`; the command's work runs in its callback. The work throws Error (exit 2)
-// or RunFailure (exit 1), prints results on standard output and messages on standard error.
+// Each function adds a command to `program`. The command's function throws Error (exit status 2) or RunFailure (exit
+// status 1). It prints results on standard output and messages on standard error.
 void add_bench_command(cli::Command& program);
 void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);

@@ -1,4 +1,4 @@
-// typodont demo: the demonstration that ./run demo starts.
+// The command `typodont demo`: the demonstration that ./run demo starts.
 #include "engine/app/demo.h"
 
 #include <memory>

@@ -1,4 +1,5 @@
-// typodont devices: lists the connected devices, who may open them, and the command that adds missing permissions.
+// The command `typodont devices`: lists the connected devices, the users who may open them, and the command that adds
+// missing permissions.
 #include "haptics/devices.h"
 
 #include <fmt/format.h>

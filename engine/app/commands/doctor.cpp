@@ -1,4 +1,5 @@
-// typodont doctor: checks this machine, and reports what is missing, what that disables, and the command that fixes it.
+// The command `typodont doctor`: checks this machine. It reports each missing item, what does not work without it, and
+// the command that adds it.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -40,10 +41,10 @@ enum class State { kOk, kDegraded, kMissing };
 
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;    // machine-readable name, e.g. "vulkan"
-  std::string name;  // name for the user
+  std::string id;    // name of the item for other programs, for example "vulkan"
+  std::string name;  // name that the report shows
   State state = State::kOk;
-  std::string found;      // state of the item on this machine
+  std::string found;      // what the check has found on this machine
   std::string without;    // what does not work while the item is missing; empty if nothing is missing
   std::string mend;       // a command, or a manual step, that adds the missing item
   bool required = false;  // true: without this item the program cannot run, not even offscreen
@@ -61,7 +62,8 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-/// Suppresses standard error while libraries search for hardware, because they report every missing device.
+/// Suppresses standard error while libraries search for hardware, because they print a message for every device that is
+/// absent.
 class QuietStandardError {
  public:
   QuietStandardError() : kept_(dup(STDERR_FILENO)) {
@@ -90,8 +92,8 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The library is loaded at run time. So without Vulkan, the user gets this program's message instead of the
-  // loader's.
+  // The Vulkan library is loaded at run time, not linked. So if it is missing, the user reads this program's message
+  // instead of an error of the dynamic linker.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;
@@ -223,9 +225,9 @@ Check clock_speed() {
   return c;
 }
 
-/// Known devices by USB id, in the form of the kernel's uevent file.
+/// A known haptic device, identified by its USB numbers as the kernel's uevent file states them.
 struct KnownDevice {
-  unsigned vendor, product;  // product 0: any product
+  unsigned vendor, product;  // USB numbers; product 0 means any product
   const char* name;
 };
 constexpr KnownDevice kKnown[] = {
@@ -295,7 +297,7 @@ Check audio() {
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   const QuietStandardError quiet;
-  setenv("JACK_NO_START_SERVER", "1", 1);  // otherwise the check would start a sound server
+  setenv("JACK_NO_START_SERVER", "1", 1);  // prevents that the check starts a sound server
   if (Pa_Initialize() != paNoError) {
     c.state = State::kMissing;
     c.found = "PortAudio does not start";
@@ -356,7 +358,8 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // A bare name is searched by the dynamic loader. A relative path is relative to the JSON file that contains it.
+    // The dynamic loader searches for a name without a folder. A relative path is relative to the folder of the JSON
+    // file.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -1,4 +1,5 @@
-// typodont experiment: two-alternative trials, with a person or with a simulated observer, and their evaluation.
+// The command `typodont experiment`: two-alternative trials, with a person or with a simulated observer, and their
+// evaluation.
 #include "engine/app/experiment/experiment.h"
 
 #include <fmt/format.h>
@@ -79,7 +80,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
       throw Error("--models", "", fmt::format("{} of them", options.models.size()), "two different contact models");
     for (std::size_t i = 0; i < 2; ++i) {
       Scene known = scene;
-      choose_model(known, options.models[i]);  // throws Error if the model is unknown
+      choose_model(known, options.models[i]);  // the result is not used: the call throws Error if the model is unknown
       plan.models[i] = options.models[i];
     }
     if (options.observer && options.hand.empty())
@@ -88,7 +89,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   }
   if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
   plan.rule = rule_of(options.staircase);
-  double most = 0;  // largest allowed value of reference plus difference
+  double most = 0;  // limit of a stimulus (reference plus difference)
   switch (plan.question) {
     case Question::kStiffness:
       plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);
@@ -119,7 +120,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
 
 void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
-  // this seed gives a sequence that differs from the trials' order
+  // the constant makes the observer's random sequence differ from the sequence that orders the trials
   SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);
   std::optional<ScriptedTouch> touch;
   if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);

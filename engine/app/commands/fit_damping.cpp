@@ -1,4 +1,4 @@
-// typodont fit-damping: fits spring and damper of a scene's coupling to a measured push.
+// The command `typodont fit-damping`: fits spring and damper of a scene's coupling to the recording of a push.
 #include <fmt/format.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// typodont fit-material: fits the densities of a scene's packing to a recorded force curve.
+// The command `typodont fit-material`: fits the densities of a scene's packing to a recorded force curve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// Draws one curve of a plot: points in data units, scaled by the given ranges.
+/// Returns one curve of a plot as SVG text. x and y are scaled so that the given ranges fill the plot.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
                      double y_most, double left, double top, double width, double height, const char* color) {
   std::string points;

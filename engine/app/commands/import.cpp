@@ -1,4 +1,4 @@
-// typodont import: converts a scan or a mesh to a .vdb volume that can be drilled.
+// The command `typodont import`: converts a scan or a mesh to a .vdb volume that can be drilled.
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
@@ -119,7 +119,7 @@ nlohmann::ordered_json vec(const dvec3& v, double unit) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  // The input's name is omitted for DICOM, because DICOM folders often have the names of persons.
+  // For DICOM, the input's name is omitted, because DICOM folders often contain a patient's name.
   if (a.parts.empty()) j["input"] = r.format == "DICOM" ? r.format : a.input;
   for (const std::string& part : a.parts) j["parts"].push_back(part);
   j["out"] = a.out;
@@ -247,7 +247,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // Invalid arguments are reported now, before the long work.
+  // Checks the arguments first, so that an invalid argument is reported before the long work.
   if (a.input.empty() == a.parts.empty())
     throw Error("INPUT", "", a.input.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");

@@ -1,4 +1,4 @@
-// typodont mesh: writes the drawn surface to a file for other programs.
+// The command `typodont mesh`: writes the drawn surface to a file for other programs.
 #include <fmt/format.h>
 
 #include <limits>

@@ -1,4 +1,4 @@
-// typodont pack: packs a scene's tissue with spheres and stores them in a file.
+// The command `typodont pack`: fills a scene's tissue with spheres and stores them in a file.
 #include <fmt/format.h>
 
 #include <algorithm>

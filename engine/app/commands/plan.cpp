@@ -1,4 +1,4 @@
-// typodont plan: checks a planned implant in a jaw and writes the exercise.
+// The command `typodont plan`: checks a planned implant in a jaw and writes the exercise.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ struct Options {
   bool json = false;
 };
 
-/// Makes a scene whose tissue is this volume.
+/// Makes a scene that contains only the volume of this file.
 Scene scene_of_volume(const std::string& file) {
   const nlohmann::ordered_json text = {{"name", fs::path(file).stem().string()},
                                        {"tissue", {{"volume", fs::absolute(file).string()}}},
@@ -48,7 +48,8 @@ ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
 }
-/// Converts a distance to mm; returns null if the distance is to something that does not exist.
+/// Converts a distance from m to mm. Returns JSON null if the distance is not finite, because the other object does not
+/// exist.
 nlohmann::ordered_json millimetres(double distance) {
   if (!std::isfinite(distance)) return nullptr;
   return distance / kMillimetre;
@@ -84,7 +85,7 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
   return json;
 }
 
-/// Draws the three sections side by side.
+/// Draws the three sections through the planned implant side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
   constexpr int n = kPreviewPixels;
   const PlanPlanes planes = planner.planes(plan, width);

@@ -1,4 +1,4 @@
-// typodont render: draws a scene as each eye sees it, without a screen, and writes the matrices of the eyes.
+// The command `typodont render`: draws a scene as each eye sees it, without a screen, and writes the eyes' matrices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ struct Options {
   bool json = false, hud = false, validate = false, geometry = false, finished = false;
 };
 
-/// Parses "NX,NY,NZ,OFFSET_MM". The tissue with normal · p > offset is kept.
+/// Parses a plane "NX,NY,NZ,OFFSET_MM": a normal and an offset. The tissue with normal · p > offset is kept.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -59,12 +59,13 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds the parts of a teaching view that are shown in addition to the surface.
+/// Adds the parts that a teaching view shows in addition to the surface.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
     glm::dvec4 plane;
-    if (options.plane.empty()) {  // the default plane passes through the tooth's middle and faces the viewer
+    // if the option is missing, the plane passes through the tooth's middle and faces the viewer
+    if (options.plane.empty()) {
       glm::ivec3 lo, hi;
       volume.bounds(lo, hi);
       const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
@@ -89,8 +90,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Colour of a density. Green: no resistance; white: dentin's density; red: 1.5 times dentin's density (paper S2,
-/// Fig. 9).
+/// Colour for a density: green for no resistance, white for the density of dentin, red for 1.5 times this density
+/// (paper S2, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -98,7 +99,7 @@ glm::vec3 density_color(double density) {
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
 }
 
-/// The tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
+/// Returns the tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
 std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
                                                const dvec3& eye) {
   std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
@@ -107,7 +108,7 @@ std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, co
   std::vector<render::Particle> particles;
   particles.reserve(spheres.size());
   if (spheres.empty()) return particles;
-  // Farther spheres are darker, which makes the shape visible.
+  // Farther spheres are drawn darker, so that the shape is easier to see.
   constexpr float kFarthest = 0.45f;
   const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
   for (const haptics::ShownSphere& s : spheres) {
@@ -151,7 +152,7 @@ ordered_json stats_json(const render::FrameStats& s) {
           {"frames", s.frames}};
 }
 
-/// The light and the colours of the tissues, for another renderer that draws the same scene.
+/// Writes the lights and the tissues' colours as JSON, so that another renderer can draw the same scene.
 ordered_json light_json(const render::Lights& lights) {
   const auto numbers = [](const dvec3& v) { return ordered_json{v.x, v.y, v.z}; };
   namespace shared = render::shared;
@@ -184,7 +185,8 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  std::optional<session::SessionReader> session;  // the recording of which one moment is drawn; empty: a scene is drawn
+  // the recording, if a moment of a session is drawn; empty if a scene is drawn
+  std::optional<session::SessionReader> session;
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.finished && (session || !options.volume.empty()))
@@ -222,8 +224,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver is needed if the picture does not show the volume as it was read. This is so for a moment of a session,
-  // and for the surface of another contact model.
+  // A carver is needed if the picture does not show the volume as it is in the file: for a moment of a session, and for
+  // a contact model with a surface of its own.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -245,17 +247,18 @@ void run(const Options& options) {
   stage_options.hud = options.hud;
   if (options.hud) stage_options.language = hud_language(user_language(options.language));
   stage_options.handpieces = scene.handpieces;
-  // the file contains only the tool, without a handpiece
+  // a geometry file contains the tool without a handpiece
   if (options.geometry) stage_options.handpieces.shown = false;
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   Surroundings around = make_surroundings(scene.surroundings);
-  // The gum hides only the root of an uncut tooth; through a cavity the eye may see deeper.
+  // If the tooth is uncut, the gum hides the root, so the root need not be drawn. Through a cavity the eye may see
+  // deeper, so the root is drawn.
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
-  if (!options.geometry) stage.hold_suction(scene.suction_tip);  // the triangles that are written do not include it
+  if (!options.geometry) stage.hold_suction(scene.suction_tip);  // a geometry file does not contain the suction tip
   ShownGeometry geometry(scene.servo.materials);
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
@@ -278,8 +281,8 @@ void run(const Options& options) {
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
                      {"frame", stats_json(drawn)},
-                     // Statistics of a second frame that is equal: nothing has moved, so nothing is drawn and no
-                     // command is recorded.
+                     // Statistics of a second, equal frame. Because nothing has moved, nothing is drawn and no command
+                     // is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
   if (!stage_options.tool) skipped["tool"] = "no --pose";
@@ -329,8 +332,8 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures the time of a frame within a sequence, so another frame is drawn after the set-up. A small head motion
-  // forces a full redraw.
+  // Measures the time of a frame in a running sequence. The first frame includes the set-up, so a second frame is
+  // drawn; a small head motion makes it a full redraw.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

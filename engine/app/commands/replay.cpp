@@ -1,5 +1,5 @@
-// typodont replay: repeats a recorded session. It checks that the result is the same bit for bit, shows the session,
-// films it, or applies its hand to another scene.
+// The command `typodont replay`: repeats a recorded session. It checks that the result is equal bit for bit, shows the
+// session, films it, or applies its hand to another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -56,8 +56,8 @@ void print(const ReplayResult& result, const Options& options) {
              result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
 }
 
-/// Runs the recorded hand in the recorded scene with some keys of the scene changed, and compares the result with the
-/// recording.
+/// Runs the recorded hand in the recorded scene, in which the option --with has changed some keys. Compares the result
+/// with the recording.
 RerunResult rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
@@ -96,8 +96,8 @@ void print(const RerunResult& r, const Options& options) {
   if (!options.out.empty()) fmt::print("wrote {}\n", options.out);
 }
 
-/// Replays with --with and with the recorded scene, as the options ask, and reports what was compared with what.
-/// Throws RunFailure if --check finds a difference.
+/// Runs the comparisons that the options request: with the recorded scene, and with the changes of --with. Reports what
+/// was compared. Throws RunFailure if --check finds a difference.
 void compare(const Options& options) {
   const bool changed = !options.with.empty(), checks = options.check || !changed;
   RerunResult other;
@@ -122,7 +122,8 @@ void run(Options options) {
     if (session::repair_session(options.session))
       log::warn("{}: was cut off; repaired as far as it goes", options.session);
   } catch (const Error&) {
-    // the file is not a session (reported below), or its folder is not writable, so it is read without repair
+    // The repair failed: the file is not a session, which is reported below, or its folder is not writable. The file is
+    // read without repair.
   }
   PlaybackOptions& playback = options.playback;
   playback.session = options.session;

@@ -1,4 +1,4 @@
-// typodont report: writes a session as one HTML page.
+// The command `typodont report`: writes a session as one HTML page.
 #include "engine/session/report.h"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ struct Options {
   bool json = false, verify = false;
 };
 
-/// Writes the learning curve for a folder of sessions.
+/// Writes the learning curve of all sessions in a folder.
 void run_folder(const Options& options, session::Language language) {
   using namespace session;
   Progress progress("sessions");
@@ -55,7 +55,7 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// Adds the phases and the bed of an exercise in implant surgery to the JSON object `to`.
+/// Adds the measures of an implant exercise to the JSON object `to`: the phases of the procedure, and the bed.
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();

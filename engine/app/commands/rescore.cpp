@@ -1,4 +1,5 @@
-// typodont rescore: computes the scores of all sessions of a school again, e.g. after a rule has changed.
+// The command `typodont rescore`: computes the scores of all sessions of a school again, for example after a rule has
+// changed.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -47,8 +48,8 @@ struct Options {
 
 constexpr int kTries = 2;  // limit of the number of attempts for a session whose process died
 
-/// Reads "task" and "score" of a scene file; they replace those of a recorded scene. Empty: the recorded rules are
-/// used.
+/// Reads the keys "task" and "score" of a scene file. They replace the keys of a recorded scene. An empty result means
+/// that the recorded rules are used.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -62,13 +63,13 @@ std::string rules_of(const std::string& file) {
   return changes.dump();
 }
 
-/// Scores one session in the present process.
+/// Scores one session in this process.
 Row score(const std::string& file, const std::string& rules) {
   const session::SessionReader reader(file);
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  // JSON stores a value that is not finite as null.
+  // A value that is not finite becomes null in JSON.
   for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
@@ -86,8 +87,8 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns the
-/// process's exit status; `said` receives its messages, then its output.
+/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns the process's
+/// exit status. `said` receives the process's messages, then its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -118,7 +119,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// The last line of the output; it contains the result or the reason for a failure.
+/// Returns the last line of the process's output. This line contains the result or the reason for a failure.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -126,13 +127,13 @@ std::string last_line(std::string said) {
   return said.starts_with(kError) ? said.substr(kError.size()) : said;
 }
 
-/// Scores a session and always returns a row. The row contains "error" if the session cannot be scored. `rules`: the
-/// rules file.
+/// Scores a session and always returns a row. If the session cannot be scored, the row contains the key "error".
+/// `rules`: file with the rules of the score.
 Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // the process died, so it is started again
+    if (!WIFEXITED(status)) continue;  // the process was killed or crashed, so the loop starts it again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }
@@ -158,7 +159,7 @@ std::string cell_of(const Row& value) {
   return '"' + text + '"';
 }
 
-/// A CSV table with one row per session, and a column for every item that occurs in any session.
+/// Makes a CSV table with one row per session, and a column for every item that occurs in any session.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};
@@ -173,7 +174,8 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    text += cell_of(row["session"]);  // the session's name is never empty, so no line begins with a comma
+    // a line of this table never begins with a comma, because a session's name is never empty
+    text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
       text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");
@@ -219,7 +221,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // any exception, including an interrupt by Ctrl-C
+    } catch (...) {  // catches every exception, also the exception for an interrupt by Ctrl-C
       cancelled = true;
       throw;
     }

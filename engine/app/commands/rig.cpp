@@ -1,4 +1,5 @@
-// typodont rig plan: plans a mirror bench before it is built, with a drawing and an initial rig file.
+// The command `typodont rig plan`: plans a mirror bench before it is built. It writes a drawing and an initial rig
+// file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,10 +24,11 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspace of an arm, from the manufacturer's data sheet; for a cylindrical workspace, the box inside the cylinder.
+/// Workspace of an arm, from the manufacturer's data sheet. A cylindrical workspace is stated as the box inside the
+/// cylinder.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // mm, width, depth and height of the arm's box
+  dvec3 box_mm;  // mm, width, depth and height of the box that the arm can reach
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},
@@ -82,7 +84,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // Rounds to 0.001 mm, which is finer than any bench is built.
+  // Converts m to mm and rounds to 0.001 mm, because no bench is built more exactly.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }

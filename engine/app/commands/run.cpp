@@ -1,4 +1,4 @@
-// typodont run: runs a live session.
+// The command `typodont run`: runs a live session.
 #include <fmt/format.h>
 
 #include <array>
@@ -28,7 +28,7 @@ struct Options {
   bool json = false;
 };
 
-/// Masses of water and of each tissue's solids, mg.
+/// Writes the masses of the water and of the solid particles of each tissue, mg.
 nlohmann::ordered_json load_json(const debris::Load& load) {
   nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
   for (std::size_t t = 0; t < kTissueCount; ++t)
@@ -36,7 +36,8 @@ nlohmann::ordered_json load_json(const debris::Load& load) {
   return json;
 }
 
-/// Mass balance of the chips, mg; null: the mass is known only on the GPU that moves the chips.
+/// Writes the mass balance of the chips, mg. It is null if the GPU moves the chips, because then only the GPU knows the
+/// masses.
 nlohmann::ordered_json debris_json(const DebrisBalance& balance, std::uint64_t cuts_lost) {
   const debris::DebrisLedger& ledger = balance.chips;
   const auto number = [](double kg) {

@@ -1,4 +1,5 @@
-// typodont servo: runs the haptic core alone, deterministically and as fast as possible.
+// The command `typodont servo`: runs servo and carver without pictures and sound, deterministically and as fast as
+// possible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +37,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Destination of the ticks: a CSV table or a session file, depending on the extension.
+/// Writes the ticks to a CSV table or a session file, depending on the extension of the file's name.
 class TickSink {
  public:
   TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
@@ -67,7 +68,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Duration of the hand's path, s; empty for a hand that decides at run time when it ends.
+/// Returns the duration of the hand's path, s. Empty if the hand decides during the run when it ends.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -79,11 +80,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// Estimates the size of the output before it is written. Throws Error if the disk is too small.
+/// Estimates the size of the output before it is written. Throws Error if the disk has less free space.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // bytes per row of a table, measured with and without contact
-  constexpr double kBytesPerTick = 240;       // bytes per tick of a session, compressed
-  constexpr double kWorthSaying = 500 << 20;  // bytes, threshold: a larger size is reported to the user
+  constexpr double kBytesPerRow = 280;        // size of a table's row in bytes, measured with and without contact
+  constexpr double kBytesPerTick = 240;       // size of a tick in a compressed session file, bytes
+  constexpr double kWorthSaying = 500 << 20;  // bytes, threshold: a larger expected size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
   const std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();
@@ -127,8 +128,9 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
   ServoTick last;
-  EvenSample times;                      // ns
-  double force_max = 0, energy_min = 0;  // N, J
+  EvenSample times;  // ns, times of ticks
+  // force_max: N, largest force; energy_min: J, lowest value of the energy ledger
+  double force_max = 0, energy_min = 0;
   const auto each = [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;

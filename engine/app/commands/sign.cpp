@@ -1,4 +1,4 @@
-// typodont sign: signs recorded sessions with a school's own key.
+// The command `typodont sign`: signs recorded sessions with a school's own key.
 #include <fmt/format.h>
 
 #include <memory>
@@ -34,7 +34,8 @@ void sign(const Options& options) {
     throw Error("sign", "", "no key or no session", "--key FILE SESSION.h5 …, or --new-key FILE");
   const session::SigningKey key = session::load_key(options.key);
   for (const std::string& file : options.sessions) {
-    const session::SessionReader reader(file);  // only a complete session may be signed
+    // throws if the session is incomplete, because only a complete session may be signed
+    const session::SessionReader reader(file);
     if (reader.truncated())
       throw Error(file, "", "a session that was cut off", "one that ended: typodont replay repairs it");
   }

@@ -1,4 +1,4 @@
-// typodont sound: fits a model to a recording, synthesizes sound from a model, compares two sounds.
+// The command `typodont sound`: fits a model to a recording, synthesizes sound from a model, compares two sounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // the condition is false for NaN
+  if (value >= low && value <= high) return;  // NaN does not fulfil this condition, so it is refused
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 
@@ -153,7 +153,8 @@ void run_fit(FitCommand c) {
   }
 }
 
-/// The position of the drill relative to the midpoint of the eyes, "RIGHT,UP,AHEAD" in cm, as angles at the ears.
+/// Converts the position of the drill to the angles at which the ears hear it. `text`: "RIGHT,UP,AHEAD" in cm from the
+/// midpoint between the eyes.
 audio::EarAngles angles_of(const std::string& text) {
   double cm[3];
   char rest;
@@ -172,7 +173,7 @@ struct SynthCommand {
 };
 
 void run_synth(const SynthCommand& c) {
-  constexpr double kLongest = 36000;  // s, longest duration
+  constexpr double kLongest = 36000;  // s, limit of the duration
   if (c.seconds == 0 && c.contact.empty()) throw Error("--seconds", "", "nothing", "a length, or --contact");
   if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, kLongest);
   if (c.rate != 0) check_range("--rate", c.rate, 8000, 384000);
@@ -181,13 +182,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Finds the spindle speed at which the model sounds as in its recording.
+  // Finds the spindle speed at which the model sounds as in its own recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // If the drill is of another type than the recorded one, the free-running speeds of both are assumed to correspond.
+    // If the drill is of another type than the recorded drill, its highest speed is assumed to correspond to the
+    // model's highest speed.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -203,7 +205,8 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // Without any information, every speed is valid. So the whole recording is assumed to run at this speed.
+    // No input states the speed of the recorded drill. So any value can be chosen here; the whole recording is assumed
+    // to run at this speed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -214,7 +217,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-  } else if (track.states.front().t > 0) {  // the state before the first sample equals the first state
+  } else if (track.states.front().t > 0) {  // before its first sample, the track is assumed to have the same state
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
   }

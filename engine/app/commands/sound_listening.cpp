@@ -45,7 +45,7 @@ struct PageCommand {
   double seconds = 10, up_to = 16000;
 };
 
-/// The model's sound, at the speed that the spindle has over the fitted part of the recording.
+/// Synthesizes the model's sound at the spindle speed of the fitted part of the recording.
 std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport& fit, double seconds) {
   audio::SoundModels models;
   models.idle = model;
@@ -54,7 +54,7 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   audio::SoundState state;
   state.spindle = models.free_speed;
   synth.push(state);
-  constexpr double kEvery = 0.01;  // s, time between two states
+  constexpr double kEvery = 0.01;  // s, time between two states of the drill
   std::size_t i = 0;
   std::vector<float> y(static_cast<std::size_t>(std::min(seconds, fit.to - fit.from) * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);
@@ -69,7 +69,7 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   return {y.begin(), y.end()};
 }
 
-constexpr double kSameTone = 0.01;  // relative difference of frequency below which two tones are the same
+constexpr double kSameTone = 0.01;  // ratio, limit of the relative difference of two frequencies that count as one tone
 
 void run_page(const PageCommand& c) {
   if (!(c.seconds >= 0.1 && c.seconds <= 60)) throw Error("--seconds", "", fmt::to_string(c.seconds), "0.1 to 60");
@@ -138,14 +138,14 @@ struct AbxCommand {
   std::vector<std::string> sounds;
   std::string out, key, answers;
   int trials = 16;
-  double excerpt = 1.5;  // s
+  double excerpt = 1.5;  // s, duration of an excerpt
   std::uint64_t seed = 0;
 };
 
-/// A part of a sound, with equal loudness for all and without clicks at its ends.
+/// Cuts a part out of a sound. All parts get the same loudness, and a fade at both ends prevents clicks.
 std::vector<double> excerpt_of(std::span<const double> x, double rate, double from, double seconds) {
-  constexpr double kLoudness = 0.1;  // root mean square
-  constexpr double kFade = 0.02;     // s
+  constexpr double kLoudness = 0.1;  // root mean square of the samples after scaling; full scale is 1
+  constexpr double kFade = 0.02;     // s, duration of the fade at each end
   const auto first = static_cast<std::size_t>(from * rate), count = static_cast<std::size_t>(seconds * rate);
   std::vector<double> y(x.begin() + static_cast<std::ptrdiff_t>(first),
                         x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), first + count)));

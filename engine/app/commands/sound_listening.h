@@ -1,4 +1,4 @@
-// typodont sound page and sound abx: pages that a person listens to.
+// The commands `typodont sound page` and `typodont sound abx`: they write pages with sounds for listening tests.
 #pragma once
 
 namespace typodont {

@@ -28,16 +28,17 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;  // number of threads per group, the same value as in the shaders
-// limit of the number of groups; for a larger tissue, each thread processes several spheres
+constexpr std::size_t kGroup = 64;  // number of threads per group; it must equal the value in the shaders
+// Limit of the number of groups. For a larger tissue, each thread processes several spheres.
 constexpr std::size_t kMostGroups = 1024;
-constexpr std::size_t kMostBalls = 2048;  // limit of the number of a tool's spheres
+constexpr std::size_t kMostBalls = 2048;  // limit of the number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// bound of the rounding error of a position, as a fraction of the extent: about a dozen roundings in single precision
+// Upper bound of the rounding error of a position, as a fraction of the tissue's extent: a position passes through
+// about a dozen roundings in single precision.
 constexpr double kRounding = 2e-6;
 
-// The layout must equal that of shaders/spheres.glsl.
+// One sphere of the tool, as the shaders read it. The layout must equal the layout in shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
   double radius = 0;
@@ -54,7 +55,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of each list of results.
+/// Header of a list of results, as the shaders write it.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -178,7 +179,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// Calls `work`. If Vulkan fails, logs the reason and returns false.
+  /// Calls `work` and returns true. If Vulkan fails, logs the reason and returns false.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -191,7 +192,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Fills a GPU buffer in pieces. Called only at set-up.
+  /// Copies data to a GPU buffer in several pieces. Called only at set-up.
   template <class Write>
   void upload(const gpu::Buffer& to, std::size_t count, std::size_t bytes, Write&& write) {
     const std::size_t at_once = kStagingBytes / bytes;
@@ -207,7 +208,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Uploads the tool's spheres for the shaders, and a sphere that encloses their whole motion.
+  /// Uploads the tool's spheres for the shaders. Also computes a sphere that encloses the tool's whole motion.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
     if (!loaded_ || from.empty() || from.size() > kMostBalls) return false;
@@ -227,7 +228,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Adds the rounding error of positions and distances in single precision.
+    // Enlarges the sphere by the rounding error of positions and distances in single precision.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
@@ -255,7 +256,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // Makes this pass's changes visible to the next pass, and its results to the host.
+      // This barrier makes the pass's changes visible to the next pass, and its results visible to the CPU.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
@@ -275,7 +276,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      loaded_ = false;  // the list was too short, so some results are lost, and the tissue must be loaded again
+      loaded_ = false;  // Some results did not fit into the list and are lost, so the tissue must be loaded again.
       return false;
     }
     found = {results_.mapped<Result>(sizeof(Head)), head->count};
@@ -291,8 +292,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
-  dvec3 origin_{0};   // m, W, origin for positions in single precision
-  double slack_ = 0;  // m, upper bound of the rounding errors
+  dvec3 origin_{0};   // m, frame W: origin of the positions that the GPU stores in single precision
+  double slack_ = 0;  // m, upper bound of the rounding errors of a position
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

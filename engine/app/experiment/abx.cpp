@@ -20,7 +20,8 @@ AbxKey abx_key(const std::string& a, const std::string& b, int trials, std::uint
   std::mt19937_64 random(seed);
   const bool odd_is_b = random() & 1;
   for (std::size_t i = 0; i < key.x_is_b.size(); ++i) key.x_is_b[i] = (i % 2 == 0) == odd_is_b;
-  // Fisher-Yates with the generator's own numbers: std::shuffle differs between libraries.
+  // Shuffles with the Fisher-Yates algorithm. std::shuffle is not used, because its order differs between standard
+  // libraries.
   for (std::size_t i = key.x_is_b.size(); i > 1; --i) {
     const std::size_t j = random() % i;
     const bool kept = key.x_is_b[i - 1];
@@ -63,7 +64,7 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
     std::size_t trial = 0;
     std::string answer, rest;
     if (!(words >> trial)) {
-      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;  // an empty line
+      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;  // ignores an empty line
       trial = 0;
     }
     words >> answer;

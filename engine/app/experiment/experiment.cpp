@@ -35,7 +35,8 @@ nlohmann::ordered_json number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
-/// Formats an estimate: "4.5 % (95 %: 2.4 to 8 %)". If the upper limit is infinite, gives only the lower limit.
+/// Formats an estimate with its confidence interval, for example "4.5 % (95 %: 2.4 to 8 %)". If the upper limit is
+/// infinite, states only the lower limit.
 std::string text_of(const Estimate& e, std::string_view unit) {
   if (!std::isfinite(e.high)) return fmt::format("not determined, {:.3g} {} or more", e.low, unit);
   return fmt::format("{:.3g} {} (95 %: {:.3g} to {:.3g} {})", e.value, unit, e.low, e.high, unit);
@@ -56,7 +57,7 @@ std::string_view words_of(Question question, session::Language language) {
 Experiment::Experiment(const ExperimentPlan& plan) : plan_(plan), staircase_(plan.rule), random_(plan.seed) {
   if (plan_.question == Question::kModel) {
     for (int i = 0; i < plan_.trials; ++i) orders_.push_back(i % 2 == 1);
-    // Shuffles without std::shuffle, because its order differs between standard libraries.
+    // Shuffles with its own code, because the order of std::shuffle differs between standard libraries.
     for (std::size_t i = orders_.size(); i > 1; --i) {
       const std::size_t j = random_() % i;
       const bool moved = orders_[i - 1];
@@ -81,7 +82,7 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  double lesser = 0, greater = 1;  // the two stimuli; for the question kModel: indices of the models
+  double lesser = 0, greater = 1;  // values of the two stimuli; for Question::kModel: indices of the two models
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];
   } else {
@@ -117,7 +118,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // In experiments about models, right() is true if the subject chose the second model.
+    // In an experiment that compares two models, right() counts the trials in which the subject chose the second model.
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

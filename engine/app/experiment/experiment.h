@@ -1,5 +1,5 @@
-// Two-alternative trials: each trial presents two stimuli one after the other in random order and asks which one was
-// greater. The plan defines the trials. The subject who answers is a person in a live session (live_subject.h) or a
+// Two-alternative trials. Each trial presents two stimuli one after the other in random order, and the subject says
+// which was greater. The plan defines the trials. The subject is a person in a live session (live_subject.h) or a
 // simulated observer (simulated_subject.h). One thread.
 #pragma once
 
@@ -21,26 +21,28 @@ namespace typodont {
 enum class Question { kStiffness, kForce, kDelay, kModel };
 inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "force", "delay", "model"};
 std::string_view name_of(Question question);
-/// Unit of the difference: "%" or "ms"; empty for models.
+/// Unit of the difference between stimuli: "%" or "ms"; empty for a comparison of models.
 std::string_view unit_of(Question question);
 /// The question in words, for example "Which was stiffer?"
 std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
 
-/// One of the two stimuli of a trial, as changes of the scene.
+/// One of the two stimuli of a trial. Its members change the scene.
 struct Stimulus {
-  std::string model;           // contact model; empty: the scene's model
-  double stiffness_ratio = 1;  // ratio of the stiffness to the scene's stiffness
-  double force_fraction = 1;   // 0..1, factor on the force that reaches the hand
-  double delay = 0;            // s, delay of the force
+  std::string model;           // contact model of the stimulus; empty: the scene's contact model
+  double stiffness_ratio = 1;  // ratio: stiffness of the stimulus to stiffness of the scene
+  double force_fraction = 1;   // 0..1, factor by which the force on the hand is multiplied
+  double delay = 0;            // s, delay of the force at the hand
 };
 
 struct Trial {
   int number = 0;  // number of the trial, from 1
   std::array<Stimulus, 2> stimuli;
-  /// The value of each stimulus in the log: N/mm, % or ms; for models the index in ExperimentPlan::models.
+  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
+  /// ExperimentPlan::models.
   std::array<double, 2> values{};
   double level = 0;  // difference between the greater stimulus and the reference, in the unit of the question
-  bool greater_second = false;  // true if the second stimulus is the greater one (or the second model)
+  /// true: the second stimulus is the greater one (for models: the second stimulus has the second model)
+  bool greater_second = false;
 };
 
 enum class Answer { kFirst, kSecond };
@@ -56,11 +58,11 @@ struct ExperimentPlan {
   Question question = Question::kStiffness;
   double scene_stiffness = 0;  // N/m, stiffness of the scene's coupling
   double reference = 0;  // value of the reference stimulus; stiffness: N/mm; force: % of the servo's force; delay: ms
-  std::array<std::string, 2> models;  // the two compared models; only for Question::kModel
-  StaircaseRule rule;                 // rule of the staircase; not for Question::kModel
-  int trials = 150;                   // limit of the number of trials; for models the exact number
-  int turns = 24;                     // number of turns of the staircase after which the experiment ends
-  std::uint64_t seed = 1;             // seed of the random order
+  std::array<std::string, 2> models;  // the two compared contact models; used only for Question::kModel
+  StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
+  int trials = 150;                   // limit of the number of trials; if models are compared, the exact number
+  int turns = 24;                     // the experiment ends after this number of turns (reversals) of the staircase
+  std::uint64_t seed = 1;             // random seed for the order of the stimuli
 };
 
 /// Provides the trials of a plan one by one and collects the answers.
@@ -69,8 +71,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// 0..1, completed fraction of the experiment: of the trials, or of the staircase's turns if this fraction is
-  /// larger.
+  /// Completed fraction of the experiment, 0..1. It is the larger of two fractions: of the trials and of the
+  /// staircase's turns.
   double fraction() const;
   /// The present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
@@ -86,33 +88,34 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  // for models, one value per trial: true if the second model is presented second; balanced
+  // Only for a comparison of models, one value per trial: true if the second model is presented second. Both orders
+  // occur equally often.
   std::vector<bool> orders_;
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
 
-/// The result of the answered trials of a plan. The trials may come from a log.
+/// The result of an experiment, computed from its answered trials. The trials may come from a log.
 struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;  // fitted psychometric function; for all questions except models
-  int turns = 0;                       // number of turns of the staircase
-  // level at which the staircase settled, and the fraction of right answers that belongs to this level
+  std::optional<PsychometricFit> fit;  // fitted psychometric function; empty if models are compared
+  int turns = 0;                       // number of turns (reversals) of the staircase
+  // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
   Estimate chosen;    // fraction of the answers that chose the second model
-  double chance = 1;  // probability of these or more uneven answers if the subject felt no difference
-  Estimate second;    // fraction of the answers "second"
+  double chance = 1;  // probability that a subject who feels no difference gives answers at least as uneven as these
+  Estimate second;    // fraction of the trials in which the subject answered "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);
 
-/// The result as a JSON object, indented. `log`: name of the file with the trials.
+/// Returns the result as indented JSON. `log`: name of the file with the trials.
 std::string json_of(const ExperimentResult& result, const std::string& log);
-/// The result as text for the terminal.
+/// Returns the result as text for the terminal.
 std::string words_of(const ExperimentResult& result);
-/// A self-contained page with the staircase and the fitted function.
+/// Returns the result as a self-contained HTML page with plots of the staircase and of the fitted function.
 std::string page_of(const ExperimentPlan& plan, const ExperimentResult& result,
                     const std::vector<AnsweredTrial>& answered, const std::string& title);
 

@@ -1,4 +1,4 @@
-// Writes the result of an experiment as a page: one file, no scripts, drawings as SVG.
+// Writes the result of an experiment as an HTML page: one file without scripts, with drawings as SVG.
 #include <fmt/format.h>
 
 #include <algorithm>

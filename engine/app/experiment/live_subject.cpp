@@ -16,12 +16,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.3;  // s, time without contact that must pass before the next stimulus
+constexpr double kFree = 0.3;  // s, duration without contact that is required before the next stimulus begins
 
-/// Reads answers from standard input; never waits.
+/// Reads answers from standard input without blocking.
 class TypedAnswers {
  public:
-  /// Discards the text that was typed before the question. Input from a pipe is kept.
+  /// Discards text that the user typed before the question. Text from a pipe is kept.
   void forget() {
     if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
   }
@@ -54,7 +54,8 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  Scene shown;        // the scene with the session's model; must stay, because the session refers to it
+  // the scene with the session's contact model; the session keeps a reference to it, so it must outlive the session
+  Scene shown;
   std::string model;  // the session's contact model
   std::optional<Workbench> bench;
   TypedAnswers typed;
@@ -65,7 +66,7 @@ struct LiveSubject::Impl {
     options.workbench.most_delay = options.most_delay;
   }
 
-  /// Writes a text of the catalogue in the window, and in English on the terminal.
+  /// Shows the text of the catalogue's entry `key` in the window, and prints it in English on the terminal.
   void say(std::string_view key, const std::string& value = {}) {
     bench->say(hud_text(options.workbench.language, key, value));
     log::info("{}", hud_text(session::Language::kEnglish, key, value));
@@ -82,7 +83,7 @@ struct LiveSubject::Impl {
     bench->start();
   }
 
-  /// Waits until the tool has touched nothing for kFree. Returns false if the session has ended.
+  /// Waits until the tool has had no contact for the time kFree. Returns false if the session has ended.
   bool wait_until_free() {
     Nanos since = now();
     bool told = false;
@@ -113,7 +114,7 @@ struct LiveSubject::Impl {
     return true;
   }
 
-  /// Asks the question in the window, and in English on the terminal.
+  /// Shows the question in the window, and prints it in English on the terminal.
   void ask() {
     const auto question = [&](session::Language language) {
       return fmt::format("{}{}{}", words_of(options.question, language), kHudGap, hud_text(language, "answer"));

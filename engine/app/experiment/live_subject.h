@@ -1,4 +1,5 @@
-// A person as the subject, who feels the stimuli in a live session and answers by key. Drawing thread.
+// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Drawing
+// thread.
 #pragma once
 
 #include <memory>
@@ -11,19 +12,19 @@
 
 namespace typodont {
 
-/// Stimuli with the same contact model share one session. For another model the session is closed and a new one is
-/// opened. A stimulus changes only while the tool touches nothing, so that the change causes no force step. The person
-/// answers in the session's window by the keys left (first) and right (second), or on standard input by "1" or "2" and
-/// Enter.
+/// Presents stimuli to a person. Stimuli with the same contact model share one session. For another model the session
+/// is closed and a new one is opened. A stimulus changes only while the tool touches nothing, so that the change causes
+/// no force step. The person answers in the session's window with the arrow keys left (first) and right (second), or on
+/// standard input with "1" or "2" and Enter.
 class LiveSubject {
  public:
   struct Options {
     WorkbenchOptions workbench;
     Question question = Question::kStiffness;
     double seconds = 4;     // s, duration of each stimulus
-    double most_delay = 0;  // s, limit of the delay of any stimulus
+    double most_delay = 0;  // s, largest delay of the force among all stimuli
   };
-  /// Stores the options; the first ask() opens a session. Throws Error.
+  /// Stores the options. The first call of ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
   ~LiveSubject();
 

@@ -15,23 +15,24 @@ namespace {
 
 using Binomial = boost::math::binomial_distribution<double>;
 
-constexpr double kUpperQuartile = 0.6744897501960817;  // upper quartile of the normal distribution: Φ = 0.75
+constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upper quartile of the normal distribution
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-constexpr double kWidthRange = 50;  // widths lie between 1/50 of the smallest and 50 times the largest difference
+// ratio: the fit considers widths from 1/50 of the smallest to 50 times the largest difference
+constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// The number of answers at one difference, and the number of those that were "second".
+/// The number of answers at one difference between the stimuli, and how many of them were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// Finds the argument of the maximum of `f` between low and high: first on a grid, then by Brent's method near the best
-/// grid point.
+/// Finds the value between `low` and `high` at which `f` is largest. It first evaluates a grid, then uses Brent's
+/// method near the best grid point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
   constexpr int kBits = 20;  // precision of Brent's method in bits
   int best = 0;
@@ -63,8 +64,8 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is a concave function of
-  /// the lapse rate.
+  /// Finds the lapse rate with the largest likelihood for this bias and width. Returns the log-likelihood, which is a
+  /// concave function of the lapse rate.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -125,7 +126,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Derivative of the log-likelihood with respect to the lapse rate.
+  /// Derivative of the log-likelihood by the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -134,7 +135,8 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds by bisection the border of the region `inside`. `in` lies inside the region, `out` outside.
+  /// Finds by bisection the border of a region. `inside(x)` is true in the region; `in` lies in the region and `out`
+  /// does not.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -144,9 +146,9 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // Φ of each level, for the present bias and width
-  double greatest_ = 0;         // largest difference
-  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest considered width
+  std::vector<double> shares_;  // value of the cumulative Gaussian Φ at each level, for the present bias and width
+  double greatest_ = 0;         // largest difference between two stimuli
+  double low_ = 0, high_ = 0;   // logarithms of the smallest and of the largest width that the fit considers
 };
 
 }  // namespace
@@ -166,14 +168,15 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate fraction_of(int chosen, int count) {
-  constexpr double kTail = 0.025;  // probability beyond each end of the interval
+  constexpr double kTail = 0.025;  // probability below the lower end, and above the upper end, of the 95 % interval
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));  // P(X > more - 1) at each side
+  // two-sided test: twice the probability of at least `more` answers
+  return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));
 }
 
 }  // namespace typodont

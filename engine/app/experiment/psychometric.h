@@ -1,4 +1,4 @@
-// The psychometric function of two-alternative trials, and its fit. Plain mathematics; any thread.
+// The psychometric function of two-alternative trials, and its fit. Contains only computations; any thread.
 #pragma once
 
 #include <span>
@@ -14,19 +14,21 @@ struct Judgement {
 /// Probability of the answer "second": P = lapse / 2 + (1 − lapse) Φ((difference − bias) / width), where Φ is the
 /// cumulative Gaussian (García-Pérez & Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001).
 struct Psychometric {
-  double bias = 0;   // difference at which both answers are equally likely; it measures the effect of the order
+  /// difference at which both answers are equally likely; not 0 if the order of the stimuli affects the answer
+  double bias = 0;
   double width = 1;  // standard deviation of the subject's judgement, in the unit of the difference
   double lapse = 0;  // 0..1, fraction of trials that are answered at random
 
   double second(double difference) const noexcept;
-  /// Just-noticeable difference: the difference at which 75 % of the answers are right, without bias and lapses.
+  /// Just-noticeable difference: the difference at which 75 % of the answers would be right if there were no bias and
+  /// no lapses.
   double jnd() const noexcept;
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end
-/// has a fixed value: 0 or infinite for the just-noticeable difference, and the end of the range of differences for
-/// the bias.
+/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end has
+/// a fixed value. For the just-noticeable difference, it is 0 or infinite. For the bias, it is the end of the range of
+/// differences.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };
@@ -39,17 +41,17 @@ struct PsychometricFit {
 
 inline constexpr double kMostLapses = 0.06;  // limit of the lapse rate in the fit (Wichmann & Hill 2001)
 
-/// Fits by maximum likelihood; the intervals come from the profile likelihood (χ² with one degree of freedom).
-/// Requires at least one judgement with a difference other than 0. The bias is limited to the range of the
-/// differences. After 80 trials of an adaptive staircase the estimate of the just-noticeable difference is 5 to 10 %
-/// too low on average, which is a known effect (Kaernbach 2001); the interval still contains the true value in 95 %
-/// of the cases.
+/// Fits the function by maximum likelihood. The confidence intervals come from the profile likelihood (χ² with one
+/// degree of freedom). Requires at least one judgement with a difference other than 0. The bias is limited to the range
+/// of the differences. After 80 trials of an adaptive staircase, the estimate of the just-noticeable difference is on
+/// average 5 to 10 % too low, which is a known effect (Kaernbach 2001). The interval still contains the true value in
+/// 95 % of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
-/// The fraction chosen / count, with its exact 95 % interval (Clopper & Pearson 1934).
+/// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Probability that `chosen` of `count` answers, or a more uneven result, occur if both answers are equally likely
-/// (two-sided binomial test).
+/// Two-sided binomial test. If both answers are equally likely, the result is the probability that a number of answers
+/// at least as far from half as `chosen` occurs.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

@@ -13,11 +13,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTouched = 0.1;           // fraction of the largest force; above it, the contact counts as felt
-constexpr double kDelayRange = 1;          // s, limit of a stimulus's delay
+constexpr double kTouched = 0.1;           // fraction of the largest force; a force above this threshold counts as felt
+constexpr double kDelayRange = 1;          // s, limit of the force's delay in a stimulus
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Uniform random number in [0, 1); the same numbers with every standard library.
+/// Uniform random number in [0, 1). Every standard library gives the same numbers.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
@@ -29,7 +29,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// Difference second − first, in percent of the stimulus that is nominally the lesser one.
+/// Returns the difference second − first in percent. The stimulus with the smaller nominal value is 100 %.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }
@@ -37,7 +37,7 @@ double signed_percent(const Trial& trial, double first, double second) {
 }  // namespace
 
 Answer SimulatedObserver::judge(double difference) {
-  // The psychometric function, including lapses and bias, is the probability of the answer "second".
+  // The psychometric function gives the probability of the answer "second". It includes lapses and bias.
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 
@@ -49,7 +49,7 @@ struct ScriptedTouch::Loop {
   Scene scene;
   haptics::LockStep steps;
   haptics::ForceDelay delay;
-  Nanos ended = 0;  // time at which the last stimulus ended
+  Nanos ended = 0;  // time at which the previous stimulus ended
 
   Loop(const Scene& s, const haptics::DeviceInfo& hand)
       : scene(s), steps(load_lock_step(s, hand)), delay(steps.settings(), kDelayRange) {}

@@ -1,5 +1,5 @@
-// A simulated observer with a known threshold. It judges either the nominal values of the stimuli, or the forces that a
-// scripted hand received from the real servo. One thread.
+// A simulated observer with a known threshold. It judges either the nominal values of the stimuli, or the forces that
+// the real servo gives to a scripted hand. One thread.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// Judges a difference with Gaussian noise, and sometimes answers at random (lapses).
+/// Judges the difference of two stimuli with Gaussian noise, and sometimes answers at random (lapses).
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}
@@ -28,28 +28,31 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// Nominal difference second − first, in the unit of the question; a difference in % is relative to the lesser
+/// Nominal difference second − first, in the unit of the question. A difference in % is relative to the smaller
 /// stimulus.
 double nominal_difference(const Trial& trial);
 
-/// Measures of the force that a hand received with a stimulus.
+/// Measured properties of the force that a hand felt during one stimulus.
 struct Felt {
-  double stiffness = 0;  // N/m, least-squares slope of force over depth, along the normal of the first contact
-  double force = 0;      // N, largest force
-  double delay = 0;      // s, time from the first contact until the force reaches a tenth of its largest value
+  /// N/m, stiffness: least-squares slope of the force over the depth, along the normal of the first contact
+  double stiffness = 0;
+  double force = 0;  // N, largest force during the stimulus
+  double delay = 0;  // s, delay: time from the first contact until the force reaches a tenth of its largest value
 };
 
-/// Presents each stimulus to a scripted hand through the real servo, as fast as possible. Nothing is cut. Stimuli
-/// with the same model use the same servo, one after the other, as in a live session.
+/// Presents each stimulus to a scripted hand, with the real servo, as fast as possible. The tool cuts nothing. Stimuli
+/// with the same contact model use the same servo one after the other, as in a live session.
 class ScriptedTouch {
  public:
-  /// Prepares the runs. `hand`: HAND.csv or HAND.json; the path must begin and end in the air. `rate`: Hz. Throws
-  /// Error.
+  /// Prepares the runs. `hand`: path of a HAND.csv or HAND.json file, whose motion must begin and end in the air.
+  /// `rate`: Hz. Throws Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
-  /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
+  /// Moves the hand through the scene with this stimulus and measures the force. Throws Error if the hand does not
+  /// touch the tissue, or if it begins or ends inside the tissue.
   Felt feel(const Stimulus& stimulus);
-  /// Difference second − first of the measures that feel() returns, in the unit of the question.
+  /// Runs both stimuli with feel() and returns the difference second − first of the measured property, in the unit of
+  /// the question.
   double measured_difference(Question question, const Trial& trial);
 
  private:
@@ -57,7 +60,7 @@ class ScriptedTouch {
   Scene scene_;
   std::string hand_;
   double rate_;
-  std::map<std::string, std::unique_ptr<Loop>> loops_;  // servo and hand for each contact model
+  std::map<std::string, std::unique_ptr<Loop>> loops_;  // one servo and one hand for each contact model
 };
 
 }  // namespace typodont

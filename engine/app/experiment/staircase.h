@@ -1,4 +1,4 @@
-// Adaptive staircases choose the difference of the next trial from the earlier answers. Any thread.
+// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. Any thread.
 #pragma once
 
 #include <cmath>
@@ -9,17 +9,23 @@ namespace typodont {
 /// Rule of a staircase. Levels change by ratios, so a level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    kTransformed,  // the level falls after `down` right answers in a row, and rises after each wrong one (Levitt 1971)
-    kWeighted      // the level falls after each right answer, and rises by more after each wrong one (Kaernbach 1991)
+    /// For this kind, the level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt
+    /// 1971).
+    kTransformed,
+    /// For this kind, the level falls after each right answer, and rises by a larger ratio after each wrong answer
+    /// (Kaernbach 1991).
+    kWeighted
   };
   Kind kind = Kind::kTransformed;
-  int down = 2;  // for kTransformed: the staircase settles where a fraction of 0.5^(1/down) of the answers is right
-  double weighted_at = 0.75;  // for kWeighted: the staircase settles where this fraction of the answers is right
+  /// kTransformed: number of right answers after which the level falls. The staircase settles at a fraction of
+  /// 0.5^(1/down) right answers.
+  int down = 2;
+  double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between levels until the staircase has reversed `coarse` times
-  double step = 1.2;        // ratio between levels after these reversals
-  int coarse = 3;           // number of reversals with the ratio `first_step`
+  double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
+  double step = 1.2;        // ratio between two levels after the first `coarse` reversals
+  int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
 
   /// Fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
@@ -31,7 +37,7 @@ class Staircase {
 
   /// Level of the next trial.
   double level() const { return level_; }
-  /// Processes the answer to the trial at level(), and changes the level.
+  /// Changes the level after the answer to the trial with the difference level().
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -42,10 +48,11 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Number of reversals, i.e. changes between rising and falling levels.
+  /// Number of reversals so far. A reversal is a change from falling to rising levels, or from rising to falling
+  /// levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the last reversals after the coarse ones; uses an even number of reversals. 0 if
-  /// there are too few.
+  /// Mean (geometric) of the levels at the reversals after the first `coarse` reversals. Only an even number of
+  /// reversals is used. 0 if there are too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -60,7 +67,7 @@ class Staircase {
   StaircaseRule rule_;
   double level_;
   int in_a_row_ = 0;   // number of right answers since the level last changed
-  int direction_ = 0;  // direction of the last change: 1 up, -1 down, 0 no change yet
+  int direction_ = 0;  // sign of the last change of the level: 1 up, -1 down, 0 no change yet
   std::vector<double> turns_;
 };
 

@@ -18,9 +18,9 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // prefix of the first line; the plan follows as JSON
+constexpr std::string_view kPlan = "# plan ";  // prefix of the first line; the rest of this line is the plan as JSON
 
-/// Names of the columns of a question: the values of the two stimuli, and their difference.
+/// Names of the three columns that depend on the question: the value of each stimulus, and their difference.
 struct Columns {
   std::string first, second, level;
 };

@@ -1,4 +1,4 @@
-// The log of an experiment's trials: a table file that is complete after every trial.
+// The log of an experiment's trials: a table in a file. The file is rewritten completely after every trial.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +10,16 @@
 namespace typodont {
 
 struct TrialLog {
-  ExperimentPlan plan;  // the part of the plan that a fit needs: question, models, rule
+  ExperimentPlan plan;  // only the members that a fit needs: question, models, rule
   std::string scene;    // name of the scene file as the user wrote it
   std::string subject;  // name or code of the person; may be empty
   std::vector<AnsweredTrial> answered;
 };
 
-/// The complete table. The first lines begin with '#' and contain the plan.
+/// Returns the whole table as text. The first lines begin with '#' and contain the plan.
 std::string table_of(const TrialLog& log);
-/// Writes the table to the file, completely or not at all. If the program is killed, the file still contains the
-/// table of the previous trial.
+/// Writes the table to the file. If the program is killed while writing, the file still contains the table of the
+/// previous trial.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
 /// Reads a log. Throws Error that names file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
-// Meshes fields that are functions of a position in W, with the tissue's mesher. Used for bodies that are only drawn
-// (surroundings, insides).
+// Makes triangle meshes of bodies that are described by functions of a position in frame W. Uses the mesher of the
+// tissue. Used for bodies that are only drawn, for example neighbouring teeth.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,14 @@
 
 namespace typodont {
 
-/// Sets each vertex normal to the field's gradient, so that large triangles are shaded like small ones; the mesher
-/// treats a bend between two large triangles as a crease. At a real crease, the gradient is not perpendicular to
-/// either side, so the mesher's normal is kept. `lo`: m, W, origin of the vertices; `step`: m, half the distance for
-/// the finite difference of the gradient.
+/// Sets the vertex normals to the gradient of the distance function. Without this, a coarse mesh would look faceted,
+/// because the mesher treats a bend between two large triangles as a crease. At a real crease the mesher's normal is
+/// kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two points with which the
+/// gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  constexpr float kSameSide = 0.5f;  // cosine; two normals with a smaller cosine belong to different sides of a crease
+  /// cosine of the angle between mesher's normal and gradient; below it, the vertex lies at a crease
+  constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
       const dvec3 p = lo + dvec3(v.p);
@@ -36,22 +37,23 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-constexpr double kSteepest = 1.5;  // m per m, largest slope of the distances that are meshed
+constexpr double kSteepest = 1.5;  // m per m, largest allowed slope of a distance function that is meshed
 
-/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside, with a slope
-/// of at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
-/// `wanted(lo, hi)`: false for a part of the box that is not meshed.
+/// Meshes the box from `lo` to `hi` (m, frame W). Vertices are relative to `lo`. `distance(p)`: m, negative inside,
+/// with a slope of at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one for
+/// each mesh that is made. `wanted(lo, hi)`: false for a part of the box that is not meshed.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // These bodies are round, so their meshes must have no creases. The mesher recognises a crease by a slope of 1; so
-  // the field is scaled down until its slope is below 1 everywhere.
+  // These bodies are round, so their meshes must have no creases. The mesher searches for creases only where the slope
+  // of the field is 1. So the field is multiplied by kFlat, which keeps its slope below 1 everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one additional sample below and two above
+  /// number of samples per axis: the cells need one more below and two more above
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
   const auto at = [&](const glm::ivec3& i) {
@@ -62,7 +64,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // Samples are computed when a brick needs them, in blocks: a block far from the surface needs only one value.
+  // Samples are computed in blocks when a brick needs them. A block far from the surface needs only one sample.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];
@@ -121,7 +123,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
                                   [](const dvec3&, const dvec3&) { return true; });
 }
 
-/// Makes a single mesh with meshes_of_field().
+/// Makes a single mesh. See meshes_of_field() above for the parameters.
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

@@ -1,5 +1,5 @@
-// Meshes the face at which a plane cuts a solid, coloured by the tissues inside. The solid is given as functions of a
-// position in W. Used for the tooth, its neighbours and the gum.
+// Makes the flat face that is visible where a plane cuts a solid. The face is coloured by the tissues inside. The solid
+// is described by functions of a position in frame W. Used for the tooth, its neighbours and the gum.
 #pragma once
 
 #include <algorithm>
@@ -16,14 +16,15 @@ namespace typodont {
 /// A cutting plane. The side with normal · p > offset is kept; the face is visible from the other side.
 struct CutPlane {
   dvec3 normal;
-  double offset;  // m
-  // m, depth of the face inside the kept side, so that clipping does not remove the face. The depth must be small:
-  // where a surface inside the body is perpendicular to the plane, a strip of this width is visible in front of the
-  // face.
+  double offset;  // m, distance of the plane from the origin along its normal
+  // m, depth at which the face lies inside the kept side, so that clipping at the plane does not remove the face. It
+  // must be small: at inner surfaces that are perpendicular to the plane, a strip of this width is visible in front of
+  // the face.
   double within = 0.2e-6;
 };
 
-/// The tissue with the largest fraction, except air and `except`; air if no such tissue exists.
+/// Returns the tissue with the largest fraction. Air and the tissue `except` are ignored. Returns air if no other
+/// tissue is present.
 inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
   for (std::size_t t = 1; t < fractions.size(); ++t)
@@ -31,17 +32,19 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
   return best;
 }
 
-/// Meshes the face within the box from lo to hi (m, W), in cells of `step`; vertices are relative to `origin`.
-/// `distance(p)`: m, negative inside; `fractions(p)`: fraction of each tissue around p, used inside the face and near
-/// its outline.
+/// Meshes the face within the box from `lo` to `hi` (m, frame W), in cells of `step` (m). Vertices are relative to
+/// `origin`. `distance(p)`: m, negative inside; `fractions(p)`: fraction of each tissue around p, used inside the face
+/// and near its outline.
 template <class Distance, class Shares>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Shares&& fractions) {
-  constexpr int kTile = 48;  // cells per side of a piece of the face; small enough for the index type and for culling
+  /// The face is divided into pieces of this number of cells per side. The vertex indices of a piece fit into the index
+  /// type, and hidden pieces need not be drawn.
+  constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
   const dvec3 v = glm::cross(n, u);  // u × v = n
-  // Finds the part of the plane within the box.
+  // Finds the rectangle of the plane that lies within the box.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
     const dvec3 p(corner & 1 ? box_hi.x : box_lo.x, corner & 2 ? box_hi.y : box_lo.y, corner & 4 ? box_hi.z : box_lo.z);
@@ -77,8 +80,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The part of the cell inside the tissue is a polygon. Its corners are, in order, the cell's inner corners
-          // and the points where the outline crosses the cell's edges.
+          // The part of the cell inside the tissue is a polygon. Its corners, in order around the cell, are the cell's
+          // corners inside the tissue, and the points where the tissue's outline crosses the cell's edges.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -106,7 +109,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // The viewer looks along the normal, so the winding is reversed.
+          // The viewer looks along the plane's normal, so the order of the corners is reversed to make the triangles
+          // face the viewer.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

@@ -40,7 +40,8 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  constexpr double kStep = 0.1e-3;  // m, depth below the surface, and step of the gradient
+  // m, depth below the surface at which the tissue is read; also the step of the finite differences
+  constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {
     const double away = distance(p) + kStep;
@@ -63,7 +64,8 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
     if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
-  // Cubic B-spline weights turn the blocky boundary between voxel labels into a smooth one.
+  // Neighbouring labels are weighted by a cubic B-spline. So the boundary between two tissues is smooth instead of
+  // stepped.
   const glm::ivec3 i(v);
   double weight[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -81,7 +83,7 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   return out;
 }
 
-/// Extends the distances beyond the band by a chamfer distance transform (forward and backward pass).
+/// Computes distances outside the band by a chamfer distance transform (one forward and one backward pass).
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);

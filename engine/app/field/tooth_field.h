@@ -1,5 +1,5 @@
-// A whole volume as plain arrays that can be sampled at any point. Used for pictures; built at set-up or when a view is
-// requested.
+// A copy of a whole volume as plain arrays. It can be sampled at any point. Used for pictures; built at set-up or when
+// a view is requested.
 #pragma once
 
 #include <array>
@@ -12,21 +12,23 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Copies the volume. `reach`: m, distance beyond the band up to which distances outside the tissue are also
-  /// available (accurate to a few percent).
+  /// Copies the volume. Outside the tissue, distances are also computed up to `reach` (m) beyond the band, with an
+  /// error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Bounds of the surface, m, W; they include the band around it.
+  /// Lower corner of the box around the surface and its band, m, frame W.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// Distance at p, m, negative inside. Interpolated linearly between samples; band + reach if no surface is near.
+  /// Signed distance from the position to the surface, m, negative inside. It is interpolated linearly between samples.
+  /// If no surface is near, it is band + reach.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Tissue slightly below the surface point nearest to p.
+  /// Tissue directly below the surface point that is nearest to the position.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// Fraction of each tissue around p, 0..1: neighbouring labels weighted by a cubic B-spline.
+  /// Fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a cubic
+  /// B-spline.
   std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:

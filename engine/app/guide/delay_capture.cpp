@@ -32,13 +32,13 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// Records one source, with arrival times, on a thread of its own. The constructor opens the source; recording starts
-/// with begin().
+/// Records the samples of one device, with their arrival times, on a thread of its own. The constructor opens the
+/// device; begin() starts the recording.
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample; this starts the clock of a hand that has its own clock. Called for all recordings before
-  /// the first begin(), so that start-up time does not count as delay.
+  /// Reads the first sample. A device with its own clock starts this clock then. wake() is called for all recordings
+  /// before the first begin(), so that start-up time does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
@@ -64,7 +64,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// The common zero of time for all recordings of a run.
+  /// The time that counts as zero in all recordings of a run.
   static Nanos zero() {
     static const Nanos began = now();
     return began;
@@ -105,7 +105,7 @@ class HandRecording : public Recording {
 
  private:
   std::unique_ptr<haptics::HapticDevice> device_;
-  bool awake_ = false;  // the first sample has arrived
+  bool awake_ = false;  // true after the first sample has arrived
 };
 
 class TrackerRecording : public Recording {

@@ -35,14 +35,14 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on a thread of its own, without force. The hand's touches are taken from it one by one.
+/// Reads a hand on a thread of its own, without force. take() returns the hand's touches one by one.
 class GuideHand {
  public:
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // joint angles; empty if the hand does not report them
-    double moved = 0;                   // m, displacement of the tip during the press
+    std::optional<ArmReading> reading;  // joint angles of the arm; empty if the hand does not report them
+    double moved = 0;                   // m, distance that the tip moved during the press
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -52,7 +52,8 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // Uses the device's own base and tool frames, because their poses on the bench are the result of the measurement.
+    // The calibration measures the poses of base and tool on the bench. So the device must use its own frames, without
+    // corrections.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -65,9 +66,9 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// Simulates a press of the pedal.
+  /// Requests a touch as if the user had pressed the pedal.
   void press() { asked_ = true; }
-  /// Enables the next press. Presses are ignored while the previous press is being processed.
+  /// Accepts the next press. Presses are ignored while the previous press is processed.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -83,7 +84,8 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trigger the device's safety layer
+    // the thread needs real-time priority, because late writes would trigger the device's safety layer
+    if (device_->info().force_limit > 0) enter_realtime({});
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
       device_->write(dvec3(0), dvec3(0));
@@ -100,16 +102,16 @@ class GuideHand {
     ended_.store(true, std::memory_order_release);
   }
 
-  StillTouch still_;  // detector of touches; used only by the hand's thread
+  StillTouch still_;  // detects touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // belongs to the thread that the present state names
+  Press press_;  // shared by the hand's thread and the main thread; the member `state_` says which of them may use it
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
 };
 
-/// Plays cues one after the other.
+/// Plays short sounds (cues) one after the other.
 class GuideVoice {
  public:
   explicit GuideVoice(const std::string& address)
@@ -130,7 +132,7 @@ class GuideVoice {
     advance();
   }
   void advance() { output_->advance(now() - began_); }
-  /// Returns after the last cue has been played.
+  /// Waits until the last cue has been played.
   void finish() {
     if (file_) output_->advance(std::max(heard_at_, now() - began_));
     const Nanos end = std::min(heard_at_ + from_seconds(0.1), now() - began_ + from_seconds(1));
@@ -142,7 +144,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, longer than any cue
+  static constexpr double kLength = 0.2;  // s, wait after a cue; it is longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -163,11 +165,11 @@ class GuideVoice {
   const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // declared last, because it must stop before the data that it plays is destroyed
+  // This member is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Parameters for drawing the prompts; they come from the rig.
+/// Parameters for drawing the prompts. They are read from the rig.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -182,14 +184,14 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // the rig may have no screen before the screen step
+  } catch (const Error& e) {  // before the calibration's screen step, the rig may describe no screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the panel, in the rig's layout, with a separate picture for each eye.
+/// The window on the bench's screen, in the rig's layout, with a separate picture for each eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
@@ -214,7 +216,7 @@ class GuideScreen {
     changed_ = true;
     draw();
   }
-  /// Reads keys and the close button, and redraws the window if the desktop has lost its content.
+  /// Reads keys and the close button. Redraws the window if the desktop has lost its content.
   display::UserInput poll() {
     display::UserInput input = output_->poll();
     if (changed_ || output_->needs_frame()) draw();
@@ -231,7 +233,8 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    if (!target) return;  // the window is minimised, or its surface is temporarily lost; a later call tries again
+    // The window is minimised, or the GPU cannot draw to it for a moment. A later call tries again.
+    if (!target) return;
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
     if (resized || changed_) make_pictures(target->size);
@@ -255,7 +258,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Draws the prompt for both eyes, at the size that the compositor copies without scaling.
+  /// Draws the prompt for each eye, in the size at which the picture is shown without scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -284,7 +287,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // waits for the device here, because the frame ring's wait would throw for a lost device
+    // Waits here until the GPU has finished, because the wait of the frame ring throws if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
@@ -303,8 +306,8 @@ class GuideScreen {
   gpu::Buffer bytes_;
   glm::ivec2 size_{0};
   Prompt prompt_;
-  bool changed_ = false;  // the prompt changed since the pictures were drawn
-  bool fresh_ = false;    // the pictures are not yet on the GPU
+  bool changed_ = false;  // true: the prompt has changed since the pictures were drawn
+  bool fresh_ = false;    // true: the new pictures must still be uploaded to the GPU
 };
 #endif
 
@@ -332,12 +335,12 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      // no valid line is so long, so it is ended here
+      // no valid line is longer than the limit, so the line is ended here
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Inserts lines that were typed elsewhere; they are read next.
+  /// Inserts lines, which are read before further lines of standard input.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -346,7 +349,7 @@ class Keyboard {
   bool ended_ = false;
 };
 
-// Parses the line of a touch: "x y z" in millimetres, or six joint angles in radians.
+// Parses a touch that was typed as a line: "x y z" in millimetres, or six joint angles in radians.
 std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
   std::vector<double> numbers;
   const char *at = line.data(), *end = line.data() + line.size();
@@ -369,7 +372,7 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-/// Guides the user through one step, from its first prompt to its end.
+/// Guides the user through one step of the calibration, from the first prompt to the end.
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
@@ -395,12 +398,13 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      const bool hand_ended = hand_ && hand_->ended();  // must be read before the hand's last press is processed
+      // This must be read before take(). So if the hand has ended, take() still returns its last press.
+      const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // A touch that was requested by a key is processed before the next key is read.
+      // A key has requested a touch. The next key is read only after the hand has answered.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -454,7 +458,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports the last event, prompts for the next touch, and enables that touch.
+  /// Reports `happened`, prompts for the next touch, and accepts this touch.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -489,7 +493,8 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Only the open arm designs have a kinematic model. So only for them, the joint angles give the tip's position.
+      // Only the open arm designs have a kinematic model. For other arms, the tip's position cannot be computed from
+      // the joint angles.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }
@@ -541,7 +546,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // a key has requested a touch, and the hand has not answered yet
+  bool waiting_ = false;  // true if a key has requested a touch and the hand has not yet answered
 };
 
 }  // namespace

@@ -19,71 +19,86 @@ namespace typodont {
 
 namespace {
 
-/// Motion of the hand along one step of its plan (ExpertLeg). Tolerances, leads and forces are those for work on a
-/// tooth; ExpertGrip scales them for other sizes.
+/// Parameters of the hand's motion along one step of its plan (ExpertLeg). The target point moves along the planned
+/// line. The hand leads the tool to this point. Values are for work on a tooth; ExpertGrip scales them for other sizes.
 struct Lead {
-  // m/s, pace through the air with a hand instrument, and with a running drill
+  // m/s, speed through the air: with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
-  static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
-  static constexpr double scrape_pace = 27e-3;  // m/s, pace of a hand instrument's edge
-  // An edge slows down where it changes direction: m/s, its pace there, and s, duration of the slowdown.
+  static constexpr double cut_pace = 30e-3;     // m/s, largest speed of the target point along a cut
+  static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
+  // turning_pace: m/s, speed at which a scraping hand instrument reverses; turning_time: s, time constant of the
+  // slowdown before it.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
-  // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
-  static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
-  static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
-  // Tolerances between the tool and the wanted position.
-  static constexpr double ahead = 0.06e-3;  // m; a cut's wanted position advances only if the tool is nearer
-  // m; the wanted position advances only if the tool's distance from the line is smaller than this
+  // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
+  static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
+  static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
+  // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m; the
+  // target point of a cut advances only while the tool is nearer to it than this.
+  static constexpr double ahead = 0.06e-3;
+  // m, tolerance: the target point of a cut advances only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
-  static constexpr double there = 0.01e-3;  // m, distance to the stroke's end at which a cut is finished
-  // m, approach of the tool to the wanted position that counts as progress
+  // m, a cut is finished when the tool is nearer than this to the end of the stroke
+  static constexpr double there = 0.01e-3;
+  // m, smallest approach of the tool to the target point that counts as progress
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
-      0.03e-3;                           // m, limit of the distance from the line in a pass that finishes an edge's run
-  static constexpr int most_times = 3;   // limit of the number of passes back along a run of an edge
-  static constexpr double patience = 3;  // s, time without progress after which the hand leaves a stroke
-  // The hand leads the wanted position by a gain times the tool's error; the coupling turns the lead into a force.
-  static constexpr double reaction_time = 0.05;  // s, lag of the hand
-  static constexpr double gain = 50;             // gain of the lead in a cut
-  // limit of the gain, in reaction times per tick; a higher gain oscillates
+      // m, tolerance: scraping ends after a pass in which the tool was always nearer to the planned line than this
+      0.03e-3;
+  // limit of the number of passes back along a run (consecutive strokes of a hand instrument)
+  static constexpr int most_times = 3;
+  static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
+  // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
+  // point. The coupling (the spring between hand and tool) turns the lead into a force.
+  static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
+  // ratio: lead of the hand to the tool's distance from the target point, while cutting
+  static constexpr double gain = 50;
+  // Limit of the gain: gain · tick duration / reaction_time must not exceed this value, because the hand would
+  // oscillate.
   static constexpr double steady_gain = 1.5;
-  static constexpr double scrape_gain = 30;           // gain of the lead of an edge in soft filling
-  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
-  // The lead of a cut, which is the distance of the hand ahead of its tool, is limited. The limit is adjusted until the
-  // push equals the wanted force, because the lead for a force depends on the tissue. Forces are fractions of the
-  // task's mean force. Lengths are fractions of the lead for the mean force. `rough_force` is used for the bulk of the
-  // tissue if another tool makes the finish.
-  static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
-  static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the lead's limit
-  static constexpr double least_most_lead = 0.6, most_lead = 4;  // lower and upper bound of the lead's limit
-  // m; the upper bound of the limit is never smaller than this, because soft bone needs a longer lead than a tooth
+  // ratio: lead of the hand to the tool's distance from the target point, while scraping soft filling
+  static constexpr double scrape_gain = 30;
+  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the hand's lead while scraping
+  // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
+  // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
+  // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
+  static constexpr double rough_force = 2.1, bulk_force = 1.6, finishing_force = 1.4;
+  // 1/s, gain with which an error of the force changes the limit of the lead
+  static constexpr double lead_per_force = 15;
+  // lower and upper bound of the lead's limit, as ratios to the lead that gives the mean force
+  static constexpr double least_most_lead = 0.6, most_lead = 4;
+  // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
-  // limit of a cut's force, as a fraction of the largest force that the task accepts
+  // limit of the force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // If something holds the tool back, the hand slows down until the tool follows; it also does so without contact.
-  // waits_from: m, distance from tool to hand above which the hand slows down. waits_over: m, further distance over
-  // which its pace falls to the lower bound. least_pace: this bound, as a fraction of the full pace.
+  // In the air, the hand slows down if the tool falls behind. waits_from: m, distance of the tool above which the hand
+  // slows down. waits_over: m, further distance over which its speed falls to the lower bound. least_pace: the lower
+  // bound, as a fraction of the full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
 /// Parameters for joining the planned strokes to a sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          turn = 0.3;  // cosines of the angle between two strokes; above straight_on: full pace
-  // m/s, pace for angles between the two cosines, and pace for sharper turns
+                          // cosines of the angle between two strokes; above straight_on, the hand keeps its full speed
+      turn = 0.3;
+  // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
+  // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double no_gap = 1e-6;          // m, threshold: strokes with a smaller gap are continuous
-  static constexpr double longest_run = 3e-3;     // m, limit of the length of an edge's run
-  static constexpr double joined = 0.6e-3;        // m, threshold: strokes with a smaller gap are joined without lifting
+  // m, threshold: two strokes with a smaller gap count as one continuous stroke
+  static constexpr double no_gap = 1e-6;
+  // m, limit of the length of a run (consecutive strokes of a hand instrument)
+  static constexpr double longest_run = 3e-3;
+  // m, threshold: two strokes with a smaller gap are joined without lifting the tool
+  static constexpr double joined = 0.6e-3;
   static constexpr double hop = 0.5e-3;           // m, clearance above the highest obstacle between two strokes
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must clear obstacles too
-  static constexpr double beside = 0.3e-3;        // m, lateral clearance to obstacles
-  static constexpr double above = 1.0e-3;         // m, height above all tissue for travel
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which also must not touch obstacles
+  static constexpr double beside = 0.3e-3;        // m, horizontal distance between the tool and obstacles
+  static constexpr double above = 1.0e-3;         // m, height above the highest tissue at which the tool travels
   static constexpr double run_up = 0.6;           // s, time in which the drill reaches its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, the work is assumed to be larger in the
-/// same ratio.
+/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger in the same
+/// ratio, so all lengths are multiplied by this ratio.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -93,7 +108,8 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = Lead::below_most_force * rule.target;
   }
-  // The default of force_max_N is for teeth. A task with a larger mean force and no rule of its own has no limit.
+  // The default limit of the largest force is for teeth. If the mean force of the task is larger than this limit, the
+  // limit is not used.
   if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
@@ -102,71 +118,83 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 /// Parameters for the choice and the order of the cutting tools.
 struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
-                          most_pass = 0.3e-3;  // distance of passes as a fraction of the diameter, and its bounds in m
-  // m, depth to which an edge may reach into tissue that must stay. The value is negative: if the edge touched
-  // enamel, the enamel would carry the push, and the filling beside it would hardly be cut.
+                          // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
+                          // most_pass: m, its bounds
+      most_pass = 0.3e-3;
+  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
+  // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
-  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may reach into tissue that must stay
-  // The program takes the widest tool, because it is the fastest, among those that remove at least the fraction 1 -
-  // tolerated_loss of the volume that the best tool removes.
+  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
+  // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
+  // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m, tolerance: widths that differ by less count as equal
-  // Threshold, as a ratio of remaining volumes: if another tool leaves less than this fraction of the volume that the
-  // chosen tool leaves, the other tool makes the finish.
+  static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
+  // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
+  // other tool makes the finish.
   static constexpr double hardly_less = 0.7;
-  // The next tool must leave less than the fraction needed_reduction of the present error, and must reduce it by at
-  // least the fraction least_gain of the error at the task's start.
+  // Conditions for the use of another tool. It must leave less than the fraction needed_reduction of the present error,
+  // and reduce the error by at least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// Parameters of filling. Filling is added in portions. A portion is a dome that grows from the surface point nearest
-/// to the instrument's free end.
+/// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
+/// that is nearest to the instrument's free end.
 struct Filling {
   static constexpr double hop_over = 0.3e-3;  // m, height above the tissue on the path to the next portion
-  static constexpr double grid = 0.15e-3;     // m, distance between the positions that are evaluated
+  static constexpr double grid = 0.15e-3;     // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
-  static constexpr double trusted = 0.7;  // fraction of the free distance by which an instrument is lowered in one step
-  static constexpr double free = 0.03;    // voxels, clearance between the instrument and the tissue
-  // height and radius of a portion, as fractions of the fill's reach
+  // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
+  static constexpr double trusted = 0.7;
+  static constexpr double free = 0.03;  // voxels, smallest distance between the instrument and the tissue
+  // height and radius of a portion, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      0.8;  // limit of the height above the floor, in instrument radii; at larger heights the wall is nearer
+      // in instrument radii: limit of the height above the floor; a higher instrument is nearer to a wall than to the
+      // floor
+      0.8;
   static constexpr double near_wall = 0.2e-3,
-                          // m: if the instrument is nearer than near_wall to a wall, it moves to the wall in steps of
+                          // m: an instrument nearer than near_wall to a wall is moved towards this wall, in steps of
                           // nudge
       nudge = 0.02e-3;
-  static constexpr double rise = 0.3e-3;    // m, step by which an instrument rises while it fills its own hole
-  static constexpr double head_free = 0.5;  // voxels, clearance between the dome and the instrument
-  // threshold: a point with a smaller slope of the field lies midway between surfaces
+  // m, step by which an instrument rises while it fills the hole that it leaves
+  static constexpr double rise = 0.3e-3;
+  static constexpr double head_free = 0.5;  // voxels, smallest distance between the dome and the instrument
+  // Threshold of the length of the distance field's gradient. It is shorter at points midway between two surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
-                          // m, limit of the height of the instrument's end above the contour, by pass
+                          // m, limits of the height of the instrument's end above the final contour: `proud` in the
+                          // first pass, `overfill` in the second pass
       overfill = 0.4e-3;
   // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
-  // excess is carved away later: `carved_again`, and `overfilled` in the second pass. On the enamel beside the cavity
-  // an edge hardly removes the excess, so the cost is high: `flash`.
+  // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
+  // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  static constexpr double rim = 0;  // voxels, distance below the contour at which cavity and enamel are distinguished
-  // m, height above the lowest missing voxel up to which filling counts as a gain
+  // voxels. To find out if a position above the final contour lies over the cavity, the program looks at this depth
+  // below the contour.
+  static constexpr double rim = 0;
+  // m, height above the lowest missing voxel; filling above this height does not count as a gain
   static constexpr double layer = 0.6e-3;
-  // voxels, distance by which a dome must enclose a voxel's centre to fill the voxel
+  // voxels; a voxel counts as filled if its centre lies at least this deep inside the dome
   static constexpr double whole_voxel = 0.9;
-  static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: the volume filled in one tick
-  static constexpr int at_once = 1;                 // number of portions per plan
-  // A portion is abandoned after `longer` times its nominal time, plus `least_time` (s).
+  // m³, smallest portion: the volume that the instrument fills in one tick
+  static constexpr double least_volume = 0.004e-9;
+  static constexpr int at_once = 1;  // number of portions per plan
+  // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Conditions for the end of the work.
+/// Parameters that decide when the work ends.
 struct Rounds {
-  // Another round of cutting is planned only if the last one at least halved the error.
+  // Another round of cutting is planned only if the error fell below this fraction in the last round.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;                 // limit of the number of rounds of cutting
-  static constexpr double clearly_too_high = 0.1e-3;  // m, thinner excess remains at the first carving
-  static constexpr double least_layer = 0.01e-9;      // m³, limit: a layer with less filling counts as useless
-  // limit of the number of consecutive useless layers; then the next instrument is taken
+  static constexpr int most_cuts = 4;  // limit of the number of rounds of cutting
+  // m, excess filling thinner than this remains at the first carving
+  static constexpr double clearly_too_high = 0.1e-3;
+  // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
+  static constexpr double least_layer = 0.01e-9;
+  // limit of the number of consecutive useless layers; then the next filling instrument is used
   static constexpr int most_vain = 3;
 };
 
@@ -180,7 +208,7 @@ double remaining_difference(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Missing volume of filling, m³.
+/// Volume in which filling is missing, m³.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -198,7 +226,8 @@ double mean_width(const haptics::Tool& tool) {
   return sum / kPlaces;
 }
 
-/// Height map of tissue, neighbours and gum along the axis, on a grid perpendicular to it. Tools lift above it.
+/// Height map of tissue, neighbouring teeth and gum, on a grid perpendicular to the preparation's axis. Tools are
+/// lifted above this height.
 class Terrain {
  public:
   Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis) {
@@ -236,8 +265,8 @@ class Terrain {
       }
     }
   }
-  /// The greatest height (m along the axis) of tissue that lies, seen along the axis, within `beside` of the line
-  /// from a to b.
+  /// The greatest height of tissue near the line from a to b, m along the axis. Seen along the axis, the tissue lies
+  /// within `beside` (m) of this line.
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -256,7 +285,8 @@ class Terrain {
   }
 
  private:
-  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m, cell size and margin of the grid
+  // kCell: m, cell size of the grid; kRim: m, margin around the tissue
+  static constexpr double kCell = 0.2e-3, kRim = 2e-3;
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
   }
@@ -266,14 +296,14 @@ class Terrain {
   }
 
   dvec3 u_, v_, w_;
-  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
+  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the grid
   glm::ivec2 size_{0};
-  std::vector<double> height_;  // m along w
+  std::vector<double> height_;  // m along the axis w, height of each grid cell
 };
 
 class Plan {
  public:
-  /// Begins a plan. `filled`: positions of all portions so far; the plan adds its own positions.
+  /// Begins a plan. `filled`: positions of all portions that earlier plans filled; this plan adds its own positions.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -294,14 +324,14 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// Plans the cutting with one tool after the other (ToolChoice), as long as the next tool reduces the error.
+  /// Plans the cutting with one tool after the other, as long as the next tool reduces the error enough (ToolChoice).
   /// Tissue thinner than `least_thickness` (m) is left.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
-      now.before = now.after;  // the strokes are planned for the present tissue
+      now.before = now.after;  // the next strokes start from the tissue that the earlier strokes leave
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -337,13 +367,14 @@ class Plan {
     }
   }
 
-  /// Number of filling instruments.
+  /// Number of filling instruments in the tool set.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling with instrument number `coarser`, counted from the finest. The plan is empty if no
-  /// portion gains. `over`: the instrument may be higher above the contour, and excess filling costs less.
+  /// Plans portions of filling. `coarser`: index of the instrument; the finest has index 0. The plan stays empty if no
+  /// portion improves the result. `over`: true in the second pass, in which the instrument may be higher above the
+  /// contour and excess filling costs less.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -357,7 +388,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, remaining difference from the ideal
+    double left = 0;  // m³, volume that differs from the ideal after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -367,10 +398,10 @@ class Plan {
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size, least_thickness);
   }
-  /// Appends the legs for some strokes. `bulk_force`: push of the bulk's strokes, as a fraction of the task's mean
-  /// force.
+  /// Appends the steps for some strokes. `bulk_force`: force of the strokes in the bulk, as a fraction of the task's
+  /// mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of the consecutive strokes of an edge
+    double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
@@ -387,7 +418,7 @@ class Plan {
     }
     lift();
   }
-  /// Pace at the transition from one stroke to the next stroke, m/s.
+  /// Speed at the transition from one stroke to the next stroke, m/s.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -396,11 +427,12 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    constexpr double kStraight = 1 - 1e-9;  // cosine of the angle between stroke and axis
+    // cosine of an angle: above it, the stroke counts as parallel to the axis
+    constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Leads the narrower tools of the same shape along the last tool's stroke, narrowest first, until their ends are as
-  /// deep, like the reamers of a set.
+  /// Adds the stroke `in` for each narrower tool of the same shape before the tool `last` makes it, the narrowest
+  /// first, as with a set of reamers. All tools reach the same depth.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -432,8 +464,8 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// Moves to the position above `to`, over all obstacles on the path. `lifts`: first moves straight up from the last
-  /// position.
+  /// Moves to a point high above `to`, over all obstacles on the path. `lifts`: true if the tool first moves straight
+  /// up from its last position.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -447,7 +479,8 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, across, and down to `to`, over the portion that was just filled.
+  /// Moves up to `height`, then sideways, then down to `to`. So the instrument does not touch the portion that was just
+  /// filled.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -466,13 +499,13 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
   }
 
-  /// A filling instrument, held along the axis.
+  /// A filling instrument whose shank is parallel to the preparation's axis.
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
-    dvec3 u, v, w;             // the instrument's axes in W
+    dvec3 u, v, w;             // the instrument's axes in frame W
     double half;               // m, distance from the head's centre to its free end
-    std::vector<dvec3> head;   // m, points on the head's surface in W, relative to its centre
+    std::vector<dvec3> head;   // m, points on the head's surface, relative to the head's centre, in the axes of frame W
     haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
@@ -487,26 +520,28 @@ class Plan {
     }
     dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
   };
-  /// A candidate portion: the instrument's pose and the dome that it puts down.
+  /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
   struct Portion {
     Pose X_WT;
     dvec3 center;  // m, centre of the dome
-    // excess[k]: cost of the unwanted filling of a dome with a radius of k + 1 voxels. wanted: for each k, the number
-    // of wanted voxels that this dome fills up to each height level.
+    // excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each
+    // height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
-    double lowest = 0, step = 0;  // m along the axis: height of the lowest level, and distance between levels
+    // lowest: m along the axis, height of the lowest level; step: m, distance between two levels
+    double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position of the instrument's axis (m along u and v), and the portion that can be filled there.
+  /// A position of the instrument's axis (m along u and v), and the portion that would be filled there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Plans portions for the lowest missing voxels. Deep voxels come first, because later no instrument reaches them.
+  /// Plans portions for the lowest missing voxels. Deep voxels are filled first, because later filling would make them
+  /// unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -521,9 +556,9 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      // this voxel is already filled by a portion of this plan
+      // skips a voxel that a portion of this plan already fills
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
-      double radius = 0;  // voxels
+      double radius = 0;  // voxels, radius of the dome
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
       const Portion portion = *best;
@@ -546,7 +581,7 @@ class Plan {
     if (portions > 0) lift();
   }
 
-  /// Holds the pedal until `volume` (m³) has been filled.
+  /// Adds a step that keeps the pedal pressed until `volume` (m³) has been filled.
   void press(const Instrument& instrument, const Pose& X_WT, double volume) {
     pedal_ = 1;
     add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
@@ -575,7 +610,7 @@ class Plan {
     }
   }
 
-  /// Missing voxels, in order of their height.
+  /// Returns the centres of the missing voxels, the lowest first.
   std::vector<dvec3> lowest_first(const session::Preparation& in) const {
     std::vector<std::pair<double, dvec3>> by_height;
     for (int x = 0; x < in.after.size.x; ++x) {
@@ -594,9 +629,9 @@ class Plan {
     return voxels;
   }
 
-  /// The portion that fills q (voxels) with the greatest gain, and its radius (voxels); null if no portion gains. The
-  /// gain is the wanted volume up to the layer above q, minus the cost of excess filling. Filling above this layer
-  /// gains nothing, because it would block the instrument.
+  /// Finds the best portion for the missing voxel q, and its radius in voxels. Null if no portion has a gain. The gain
+  /// is the missing volume in the portion up to a height of Filling::layer above q, minus the cost of excess filling.
+  /// Filling at larger heights does not count, because it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -624,7 +659,7 @@ class Plan {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome to the layer. Returns the added volume, m³.
+  /// Adds the dome to the planned tissue. Returns the added volume, m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -635,7 +670,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// A grid of positions of the instrument over the missing voxels.
+  /// Makes a grid of positions of the instrument above the missing voxels.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -657,13 +692,15 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument at (a, b) until it touches tissue, then lifts it by the height of a portion.
+  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion.
+  /// Returns the portion that it fills there.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // voxels, distance between instrument and tissue minus the clearance; 0: too close
+    // voxels, distance between instrument and tissue at the height c, minus the clearance; 0 if the instrument is too
+    // near
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -680,10 +717,11 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // The distance determines by how many steps the instrument can move down without contact.
+      // The instrument is lowered by a multiple of Filling::down. The free distance below it determines the multiple.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Moves the instrument to a near wall, because a slit between instrument and wall would stay open.
+    // Moves the instrument to a wall that is near, because otherwise a slit between instrument and wall would stay
+    // unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -704,9 +742,9 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// The portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is where the servo
-  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end.
-  /// Returns no value if no surface is within reach of the end.
+  /// Returns the portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is the point
+  /// that the servo would choose: the surface point nearest to the free end, or, midway between two walls, the point
+  /// below the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -727,7 +765,7 @@ class Plan {
     return portion;
   }
 
-  /// Distance from p (voxels) down to the tissue, m, limited to the instrument's reach.
+  /// Distance from p (voxels) straight down to the tissue, m. It is limited to the reach of the instrument.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -773,7 +811,7 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling at p (voxels).
+  /// Cost of unwanted filling in the voxel at p (voxels).
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -782,12 +820,13 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// True if sample i is missing: empty now, inside the ideal, and part of the task's change.
+  /// True if filling is missing in sample i: the sample is empty, lies inside the ideal, and belongs to the volume that
+  /// the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
 
-  /// Height of the highest tissue, m along the axis.
+  /// Height of the highest point of the tissue, m along the axis.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
     for (int x = 0; x < field.size.x; ++x) {
@@ -802,19 +841,20 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³, difference from the ideal at the task's start
+  double whole_;  // m³, volume that differed from the ideal at the task's start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue; height for travel
+  // m along the axis: height of the tissue's top, and height at which the tool travels
+  double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N, push of the next cuts
+  double force_ = 0;  // N, force of the cuts that are added next
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // true: this plan overfills the contour
+  bool over_ = false;  // true in the second pass, in which filling may rise above the contour
 };
 
 }  // namespace
@@ -833,13 +873,15 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // If the finer instrument could not reach a place, an instrument with a longer reach fills it.
+  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument, which reaches
+  // farther, is used.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Fills again after the first carving: overfills the places that are still open. The excess is carved later.
+    // Starts the second pass of filling, after the first carving. It fills what is still missing, and more; the excess
+    // is carved away later.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     useless_layers_ = 0;
@@ -860,7 +902,8 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // More filling follows the first carving, so this carving only removes what is clearly too high.
+    // More filling follows after the first carving. So the first carving only removes excess that is thicker than a
+    // limit.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();
@@ -903,7 +946,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.address = "expert:";
   info.model = "a hand that knows the task";
   info.rate = rate;
-  info.force_limit = info.torque_limit = 1e9;  // no limit: a simulated hand bears any force
+  info.force_limit = info.torque_limit = 1e9;  // no limit, because a simulated hand can bear any force
   return info;
 }
 
@@ -987,7 +1030,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // An edge changes direction at both ends of its run.
+    // A scraping hand instrument reverses at both ends of its run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;
@@ -1020,9 +1063,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // In soft tissue, the same force requires more lead. So the limit is adjusted until the push equals the leg's
-  // force.
-  const double too_little = leg.force - glm::length(seen_.f_T_W);  // N
+  // In soft tissue, the same force requires a longer lead. So the limit of the lead is adjusted until the force equals
+  // the planned force of the step.
+  const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
                             grip_.lead * Lead::least_most_lead,

@@ -26,7 +26,7 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
   if (!choice.hand.empty()) {
-    // The colon of a scheme is optional: "mouse" is the same as "mouse:".
+    // The colon after the scheme of an address is optional: "mouse" means the same as "mouse:".
     for (const haptics::Driver& driver : haptics::drivers())
       if (choice.hand == driver.scheme) return choice.hand + ":";
     return choice.hand;
@@ -111,8 +111,8 @@ void add_window_drivers() {
   xr.hardware = false;
   xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
   xr.find = [] {
-    // Files in which the loader looks up the active runtime (OpenXR loader specification). Only the simple cases are
-    // covered.
+    // Lists the files in which the OpenXR loader searches for the active runtime (OpenXR loader specification). Only
+    // the common cases are covered.
     std::vector<std::filesystem::path> places;
     if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
     if (const char* home = std::getenv("XDG_CONFIG_HOME"))
@@ -164,11 +164,11 @@ void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record) {
-  // the priority is lower than that of the drilling hand
+  // this thread's priority is lower than the priority of the servo thread
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    hand.write(dvec3(0), dvec3(0));  // arms report positions only to a program that sends forces
+    hand.write(dvec3(0), dvec3(0));  // an arm reports positions only while the program sends forces, here zero
     if (hand_holds_suction(scene)) {
       SuctionTip tip = scene.suction_tip;
       tip.X_WS = sample.X_WT;
@@ -178,7 +178,7 @@ void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& 
     }
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     if (record && zero != 0) {
-      sample.t = now() - zero;  // uses the session's clock instead of the device's clock
+      sample.t = now() - zero;  // replaces the device's time by the time of the session's clock
       wiring.left_to_recorder.push(sample);
     }
   }

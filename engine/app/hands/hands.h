@@ -14,40 +14,46 @@
 
 namespace typodont {
 
-/// The requested hands. The command line has priority over the rig, and the rig over the defaults.
+/// The user's choice of hands. The command line has priority over the rig, and the rig has priority over the defaults.
 struct HandChoice {
-  std::string hand;       // address of the hand; empty: the rig's value, otherwise the display's default
-  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
-  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
-  double rate = 1000;     // Hz, servo rate for hands without a fixed rate
-  std::vector<std::string> tools;  // names of the session's tools, for scripts
+  /// address of the hand; empty: the hand that the rig states, otherwise the default for the display
+  std::string hand;
+  /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
+  std::string left_hand;
+  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  std::string pedal;
+  double rate = 1000;              // Hz, rate of the servo if the hand does not fix it
+  std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 
 struct Hands {
   std::unique_ptr<haptics::HapticDevice> right;
-  std::unique_ptr<haptics::HapticDevice> left;  // device that holds mouth mirror or suction; null: no second hand
+  /// device that moves the mouth mirror or the suction tip; null if there is no second hand
+  std::unique_ptr<haptics::HapticDevice> left;
 };
 
-/// Creates a hand that belongs to a window or a headset, from the scheme and the rest of an address, for example
-/// "mouse" and "", or "openxr" and "right".
+/// Function that creates a hand of a window or a headset. Its arguments are the scheme and the rest of an address, for
+/// example "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// The hand's address, or `usual` if none was given. Throws Error if `usual` is empty, too.
+/// Returns the address of the hand, or `usual` if the user gave none. Throws Error if `usual` is also empty.
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
-/// Opens the hands for `choice`. `window` creates the hands that belong to a window or headset, or throws. Throws
+/// Opens the hands of `choice`. `window`: function that creates the hands of a window or headset; it may throw. Throws
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error if a device with motors is used and the system refuses SCHED_FIFO: other programs could then delay
-/// the servo, and the motors would continue with old forces. Set-up time, before the first force.
+/// Throws Error if a device with motors is used and the system refuses real-time scheduling (SCHED_FIFO). Without it,
+/// other programs could delay the servo, and the motors would continue with old forces. Set-up time, before the first
+/// force.
 void require_real_time(const Hands& hands);
-/// Describes a device for --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
+/// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Registers mouse:, openxr: and expert: beside the built-in drivers, for `typodont devices` and --hand.
+/// Adds the drivers mouse:, openxr: and expert: to the built-in drivers, for `typodont devices` and --hand.
 void add_window_drivers();
 
-/// Collects the loop's statistics for the recorder and the picture. Servo thread; costs about ten nanoseconds per tick.
+/// Collects statistics of the servo loop for the recorder and the picture. Servo thread; costs about ten nanoseconds
+/// per tick.
 class LoopStatistics {
  public:
   LoopStatistics(Wiring& wiring, double rate) : wiring_(wiring) { report_.timing.period = from_seconds(1 / rate); }
@@ -65,8 +71,8 @@ class LoopStatistics {
   Nanos published_ = 0;
 };
 
-/// Filters the pedal. It counts as released during an emergency stop; after the stop, until the user has released it
-/// once. Servo thread.
+/// Filters the pedal. During an emergency stop, the pedal counts as released. After the stop, it counts as released
+/// until the user has really released it once. Servo thread.
 class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {
@@ -78,13 +84,13 @@ class PedalInterlock {
   bool locked_ = false;
 };
 
-/// Switches the emergency stop on or off; called by the drawing thread. While it is on, the drill stops and the force
-/// on every device with motors ramps down to zero. After it is switched off, the force returns once the hands are free
-/// of contact.
+/// Switches the emergency stop on or off. While it is on, the drill stops, and the force of every device with motors
+/// ramps down to zero. After it is switched off, the force returns as soon as the hands are free of contact. Called by
+/// the drawing thread.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
-/// The loop of the second hand's thread. This hand holds the mouth mirror or, if hand_holds_suction(scene), the suction
-/// tip.
+/// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),
+/// the suction tip.
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record);
 
 }  // namespace typodont

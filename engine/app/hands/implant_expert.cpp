@@ -16,23 +16,28 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry at which the tool is changed
-constexpr double kNear = 2.0e-3;        // m, height above the entry; below it the hand moves slowly
+constexpr double kAbove = 8e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
+// m, height above the planned entry point; below this height the hand moves slowly
+constexpr double kNear = 2.0e-3;
 constexpr double kTravel = 20e-3;       // m/s, speed in the air
 constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
-constexpr double kSweepReach = 3.5e-3;  // m, distance that is smoothed on each side of the axis
-constexpr double kSweepBelow = 0.1e-3;  // m, depth of the hand below the wanted ridge, because the bur yields
+constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis
+// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
+constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
-constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N, forces of the phases
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate at which an error of the force changes the lead
-constexpr double kMostLead = 3e-3;        // m, limit of the lead
+// N, forces for drilling, for cutting a thread, for checking the depth, and for marking
+constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
+constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
+constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back
-constexpr double kHot = 42, kCool = 40;   // °C: the hand lifts the tool at kHot, and continues at kCool
-constexpr double kClear = 0.5e-3;         // m, height above the plan's entry at which a bur no longer touches its pit
-constexpr double kSlowFrom = 0.3e-3;      // m, distance to the wanted depth at which the hand slows down
-constexpr double kPatience = 200;         // s, limit of the time in a stage
+// °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
+constexpr double kHot = 42, kCool = 40;
+// m, height above the planned entry point at which a bur no longer touches the pit that it drilled
+constexpr double kClear = 0.5e-3;
+constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth below which the hand moves slowly
+constexpr double kPatience = 200;     // s, limit of the duration of a stage
 
 }  // namespace
 
@@ -65,7 +70,8 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Pose of the tool along the plan's axis, with its tip at `depth` (m) and an offset `aside` (m) across the axis.
+/// Pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, its distance from the
+/// axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -76,7 +82,7 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses the tool along the plan's axis with a force of `newton`, at most to `depth` (m).
+/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m).
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);
@@ -86,7 +92,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True from the moment when the bone is too hot until it has cooled down.
+/// True after the bone has become too hot, until it has cooled down.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -106,8 +112,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Moves to and fro over the ridge, with the bur's lowest point at the plan's entry. Lifts the bur while the
-      // bone is hot.
+      // Smooths the ridge: moves to and fro, with the bur's lowest point at the height of the planned entry point.
+      // Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -195,13 +201,13 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap moves out only while its thread turns backwards.
+      // A tap (a tool that cuts a thread) can leave the bone only while it turns backwards.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
-        // A round bur must turn while it is withdrawn from its pit; the walls of the pit would hold a bur at rest.
+        // A round bur must turn while it leaves its pit. The walls of the pit would hold a bur that does not turn.
         if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
       }

@@ -1,4 +1,5 @@
-// A hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant" block.
+// A simulated hand that performs all phases of an implant procedure: "--hand expert:" in scenes with an "implant"
+// block.
 #pragma once
 
 #include <memory>
@@ -11,26 +12,27 @@
 
 namespace typodont {
 
-/// Reads the tool's pose and force, presses with the force of the present phase, and begins the next phase when the
-/// exercise reports that the phase is done. The same scene and rate give the same motion.
+/// A simulated hand for implant surgery. It reads the tool's pose and force, presses with the force of the present
+/// phase, and begins the next phase when the exercise reports that the phase is done. The same scene and rate give the
+/// same motion.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
-  /// `scene` must have an implant task. `rate`: Hz.
+  /// `scene`: must contain an implant exercise. `rate`: rate of the servo, Hz.
   ImplantExpert(const Scene& scene, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Receives the servo's tick for the last sample.
+  /// Receives the servo's tick that resulted from the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// Name of the phase that the hand stopped because it took too long; empty: none.
+  /// Name of the phase that took too long and was abandoned; empty if there is none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// Depth of the tip below the plan's entry, along the plan's axis, m.
+  /// Depth of the tool's tip below the planned entry point, along the planned axis, m.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -41,24 +43,24 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, positions of the smoothing bur across the axis
+  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  double depth_ = 0;      // m, depth of the hand's tip below the plan's entry
-  double lead_ = 0;       // m, lead of the hand over the tool
-  double waited_ = 0;     // s, time in the present stage
-  double along_ = 0;      // m, completed length of the sweep
+  double depth_ = 0;      // m, depth of the tip below the planned entry point, at the hand's own pose
+  double lead_ = 0;       // m, lead: distance of the hand ahead of its tool
+  double waited_ = 0;     // s, time since the present stage began
+  double along_ = 0;      // m, length of the smoothing path that is completed
   double pecked_ = 0;     // m, depth at which the drill was last pulled back
-  bool pulling_ = false;  // the drill is being pulled back, to let the bone cool
-  bool cooling_ = false;  // the bone became too hot and has not yet cooled down
+  bool pulling_ = false;  // true while the drill is pulled back to let the bone cool
+  bool cooling_ = false;  // true from the moment when the bone is too hot until it has cooled down
   bool gave_up_ = false;
 };
 
-/// Makes an ImplantExpert for a live session. It follows the clock, and does not move during an emergency stop.
+/// Makes an ImplantExpert for a live session. Its motion follows the real clock, and stops during an emergency stop.
 std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

@@ -24,7 +24,8 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-constexpr auto kPollInterval = 2ms;  // period at which the planner checks for requests and for its copy of the tissue
+// interval at which the planner thread checks for a request and for its copy of the tissue
+constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {
  public:
@@ -65,8 +66,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal released while the planner makes the
-  /// next plan. Returns false if the next plan is empty. Servo thread.
+  /// Writes the hand's next sample to `last_`. While the planner makes the next plan, the hand rests with the pedal
+  /// released. Returns false if the next plan is empty. Servo thread.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -82,7 +83,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Makes a plan whenever the servo thread requests one. Planner thread.
+  /// Waits for requests of the servo thread and makes a plan for each. Planner thread.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {
@@ -97,7 +98,7 @@ class LiveExpert final : public haptics::HapticDevice {
       made_.push_back(std::make_unique<Legs>());
       try {
         *made_.back() = expert_.plan(*tissue);
-      } catch (const std::exception& e) {  // the plan stays empty, and an empty plan ends the session
+      } catch (const std::exception& e) {  // the plan stays empty, which ends the session
         log::warn("the expert cannot go on: {}", e.what());
       }
       plans_.push(made_.back().get());
@@ -106,13 +107,13 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // used by the planner thread once it runs
-  ExpertHand hand_;  // used by the servo thread, like all members from here to waits_
+  Expert expert_;    // used only by the planner thread, once this thread has started
+  ExpertHand hand_;  // this member and those below, up to waits_, are used only by the servo thread
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;                       // true until the planner has made the next plan
+  bool waits_ = false;                       // true while the hand waits for the next plan
   std::atomic<bool> asked_{false};           // request from the servo thread to the planner thread
   Ring<Legs*> plans_{2};                     // channel from the planner thread to the servo thread
   std::vector<std::unique_ptr<Legs>> made_;  // all plans, freed at the session's end; used by the planner thread

@@ -15,16 +15,20 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                     // m per notch of the wheel, default
-constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
-constexpr double kFollowTime = 15e-3;                      // s, time constant of the smoothing
-constexpr double kMostDepth = 30e-3;                       // m, limit of the tool's distance from the screen's plane
-// ns, shortest press that is passed to the servo, so that no click is lost
+constexpr double kUsualStep = 0.15e-3;                     // m, default motion of the tool per notch of the wheel
+constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the tool's motion per notch of the wheel
+// s, time constant of the smoothing between two positions of the pointer
+constexpr double kFollowTime = 15e-3;
+constexpr double kMostDepth = 30e-3;  // m, limit of the tool's distance from the screen's plane
+// ns, shortest duration of a press as the servo receives it, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
-constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};  // initial tilt away from the user, so that the bur is visible
-constexpr double kMostLean = 85 * kDegree;           // rad, limit of the tilt
-constexpr double kLeanPerHalfHeight = 60 * kDegree;  // rad, tilt for a mouse motion of half the picture's height
-constexpr double kReturn = 0.5;  // fraction of the pointer's motion by which an offset between tool and pointer shrinks
+// rad, initial tilt of the tool away from the user, so that the bur is visible
+constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
+constexpr double kMostLean = 85 * kDegree;  // rad, limit of the tilt
+// rad, change of the tilt when the pointer moves by half the picture's height
+constexpr double kLeanPerHalfHeight = 60 * kDegree;
+// ratio: the offset between tool and pointer shrinks by this fraction of the pointer's motion
+constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
  public:
@@ -40,7 +44,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // read() always succeeds; the servo ends the session
+    return true;  // always true, because the servo ends the session, not this hand
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 
@@ -85,11 +89,12 @@ Pointer::View Pointer::view() const {
   return v;
 }
 
-/// Tilts the tool. `moved`: motion of the pointer, in units of −1..1 over the picture.
+/// Tilts the tool. `moved`: motion of the pointer, in units of half the picture.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // A mirror or a rotated panel turns the picture. So the tilt uses the direction that is right for the user.
+  // The tool tilts to the user's right when the pointer moves to the user's right. A mirror or a rotated panel turns
+  // the picture, so the axes of the user are used instead of those of the panel.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
@@ -113,17 +118,16 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // without this correction the tilt would move the tool's head
+    offset_ -= moved;  // While the tool is tilted, the pointer's motion must not move the tool's head.
   } else {
-    // While the pointer moves, the offset shrinks, so that the tool never jumps.
+    // The offset between tool and pointer shrinks only while the pointer moves, so that the tool never jumps.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }
   if (input.middle) lean_ = glm::dvec2(0);
   depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
 
-  // Places the tool on the line from the eye through the pointer, so that it appears under the pointer at every
-  // depth.
+  // The tool lies on the line from the eye through the pointer. So it appears under the pointer at every depth.
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
   const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);

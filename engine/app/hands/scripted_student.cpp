@@ -13,12 +13,13 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTravelSpeed = 18e-3;    // m/s, speed in the air
-constexpr double kExploreSpeed = 4e-3;    // m/s, speed over the surface while exploring
-constexpr double kExplorePress = 0.5e-3;  // m, depth of the hand below the surface; it determines the hand's force
-constexpr double kExplored = 3.0e-3;      // m, distance that is explored on both sides of the lesion's middle
+constexpr double kTravelSpeed = 18e-3;  // m/s, speed in the air
+constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
+// m, depth of the hand below the surface while exploring; the coupling turns it into a force
+constexpr double kExplorePress = 0.5e-3;
+constexpr double kExplored = 3.0e-3;  // m, distance that is explored on each side of the lesion's middle
 
-/// Middle of the caries' topmost slice perpendicular to z.
+/// Returns the middle of the caries in the highest layer of voxels that contains caries.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
@@ -43,7 +44,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   throw Error("tissue", "", "no caries", "a lesion to remove");
 }
 
-/// Height of the surface at (x, y) in m; NaN if there is no tissue.
+/// Returns the height of the surface at (x, y), m. NaN if there is no tissue.
 double surface_height(const haptics::TissueVolume& tissue, double x, double y) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);

@@ -1,5 +1,5 @@
-// The hand of the demonstration: a student who explores before drilling. It moves the tool over the lesion in both
-// directions with the drill off, removes the caries as the expert does, and withdraws the tool.
+// The hand of the demonstration: a simulated student. The student first explores the lesion in both directions with the
+// drill off, then removes the caries as the expert does, and withdraws the tool.
 #pragma once
 
 #include <memory>
@@ -15,9 +15,10 @@ class Student {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// `tissue`: the scene's initial tissue. Throws Error if it contains no caries or the scene's task has no ideal.
+  /// `tissue`: the scene's initial tissue. Throws Error if the tissue contains no caries, or if the scene's task has no
+  /// ideal.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
-  /// Gets the next sample. `now`: the present tissue. Returns false at the end.
+  /// Computes the next sample. `now`: the present tissue. Returns false at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
   /// Receives the tick that resulted from the last sample.
   void see(const ServoTick& tick) noexcept;
@@ -29,14 +30,14 @@ class Student {
  private:
   bool next(haptics::HandSample& sample, const haptics::TissueVolume& now);
 
-  double rate_;  // Hz
+  double rate_;  // Hz, rate of the servo
   std::uint64_t ticks_ = 0;
   Phase phase_ = Phase::kExplore;
-  dvec3 above_{0};  // m, point over the lesion
+  dvec3 above_{0};  // m, point above the lesion
   Pose last_;
   Expert expert_;
   std::unique_ptr<ExpertHand> hand_;
-  std::unique_ptr<haptics::HapticDevice> scripted_;  // scripted hand before and after the drilling
+  std::unique_ptr<haptics::HapticDevice> scripted_;  // hand that moves on a fixed path before and after the drilling
 };
 
 }  // namespace typodont

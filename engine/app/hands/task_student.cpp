@@ -15,37 +15,41 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;   // voxels, depth to which a head may reach into the ideal; equals the field's error
-constexpr double kExact = 0.02;   // voxels, the same depth for a head that fits the ideal exactly
-constexpr double kGrid = 0.1e-3;  // m, distance between evaluated positions
-constexpr double kLayer = 0.5;    // distance between two layers of the bulk, in diameters
-constexpr double kRow = 0.6;      // distance between two rows of a layer, in diameters
-constexpr double kSameLevel = 10e-6;   // m, tolerance: heights that differ by less belong to one floor
-constexpr double kLeastFlat = 0.1e-6;  // m², lower limit of the area of a floor whose walls get a pass
-constexpr double kFlatShare = 0.02;    // lower limit of the floor area, as a fraction of the head's cross-section
-// distance between the end of a row and a wall, in diameters; the wall has a pass of its own
+// voxels, tolerance: a tool's head may enter the ideal by this depth, which is the error of the distance field
+constexpr double kClear = 0.05;
+// voxels, the same tolerance for a head that fits the ideal exactly, for example a reamer
+constexpr double kExact = 0.02;
+constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
+constexpr double kLayer = 0.5;    // ratio to the head's diameter: distance between two layers of strokes in the bulk
+constexpr double kRow = 0.6;      // ratio to the head's diameter: distance between two rows of strokes in a layer
+// m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
+constexpr double kSameLevel = 10e-6;
+constexpr double kLeastFlat = 0.1e-6;  // m², threshold: the walls of a floor with a smaller area get no pass
+constexpr double kFlatShare = 0.02;    // threshold of a floor's area, as a fraction of the head's cross-section
+// Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
-constexpr double kLeastTaken = 0.05;      // voxels, threshold: thinner tissue gets no pass
-// m, tolerance: a point closer than this to the line between its neighbours is omitted
+constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
+constexpr double kLeastTaken = 0.05;     // voxels, threshold: tissue that is thinner than this gets no pass
+// m, tolerance: a point of a path that is nearer than this to the line between its neighbours is omitted
 constexpr double kOnLine = 2e-6;
-// m, limit of the length of a piece of a pass that leads through the air without lifting
+// m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
 constexpr double kBridged = 0.4e-3;
-constexpr double kStraight = 3e-3;       // m, threshold: longer connections between passes lead over the tissue
-constexpr double kHop = 0.3e-3;          // m, distance between the heights that are tried for a connection
-constexpr double kRamp = 0.8e-3;         // m, lower limit of the length of a row that is entered on a ramp
-constexpr double kSteep = 2;             // threshold of the slope at which a floor is split into pieces
-constexpr double kAlongShank = 6e-3;     // m, length of the shank, from the head, that is checked for contact
-constexpr double kDown = 0.1e-3;         // m, step of the search down a column
-constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest position in a column
+constexpr double kStraight = 3e-3;  // m, threshold: a longer connection between two passes goes over the tissue
+constexpr double kHop = 0.3e-3;     // m, distance between two heights that the search for a connection tries
+constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a row that is longer than this on a ramp
+// threshold: where the slope of a floor is larger, the floor is divided into pieces
+constexpr double kSteep = 2;
+constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
+constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest head position above a grid point
+constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest head position above a grid point
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kFieldErrorLimit = 1;  // voxels, limit of the distance field's error far from the surface
-// limit of the size of a group of points that are tested one by one near the ideal
+constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
+// Limit of the number of points in a group. Near the ideal, the points of a group are tested one by one.
 constexpr std::size_t kTogether = 12;
-constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
+constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
 
-/// Plans the strokes. A position of the head's centre is (a, b, c): m along the axes u, v and w; w points out of the
-/// opening.
+/// Plans the strokes. The position (a, b, c) of the head's centre is given in m along the axes u, v and w. The axis w
+/// points out of the preparation's opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -85,7 +89,7 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Cuts the edges between walls and floor first, then the walls from below: the side of a long head cuts a steep
+    // Cuts the edges between floor and walls first, then the walls from below. So the side of a long head cuts a steep
     // wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
@@ -98,17 +102,17 @@ class StrokePlanner {
  private:
   using Chain = std::vector<dvec3>;
   struct Layer {
-    double height = 0;             // m
-    std::vector<std::uint8_t> in;  // marks the grid cells that the head can reach from above
+    double height = 0;             // m, height of the layer
+    std::vector<std::uint8_t> in;  // 1 for a grid cell that the head can reach from above, otherwise 0
   };
 
-  /// Points that lie close together, and a ball around them; voxels.
+  /// A group of points that lie close together, and a ball that contains them; voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;
     std::vector<dvec3> points;
   };
-  /// Divides the points across their longest side until each group is small.
+  /// Divides the points into small groups. A group is split across its longest side until it is small enough.
   static std::vector<Points> grouped(std::vector<dvec3> points) {
     if (points.empty()) return {};
     dvec3 lo = points.front(), hi = lo;
@@ -131,7 +135,7 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// True if a head at p does not touch the ideal.
+  /// True if a head with its centre at p does not touch the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -143,7 +147,7 @@ class StrokePlanner {
     };
     return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
-  /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
+  /// True if a head with its centre at p touches neither neighbouring teeth nor gum. Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
     const auto clears = [&](const dvec3& q_W, double near) {
       return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
@@ -159,14 +163,15 @@ class StrokePlanner {
              });
     });
   }
-  /// True if a head at p removes tissue.
+  /// True if a head with its centre at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
                        [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
   }
 
-  /// Finds the bounding box of the tissue to remove, enlarged by the head. False if there is none.
+  /// Finds the bounding box of the tissue to remove, enlarged by the head's size. Returns false if there is no such
+  /// tissue.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -193,7 +198,8 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// How far the head at p stays out of the ideal, voxels: the smallest distance of its points; negative inside.
+  /// Smallest distance between the ideal and the points of a head with its centre at p, voxels. Negative if the head
+  /// enters the ideal.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -203,8 +209,8 @@ class StrokePlanner {
     }
     return least;
   }
-  /// The position at p's height, near p, at which the head stays farthest out of the ideal: a search along eight
-  /// directions with a step that is halved when no direction helps.
+  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal. It
+  /// searches in eight directions, and halves the step when no direction increases the clearance.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -220,8 +226,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// The straight way in for a head that fits the ideal so closely that the grid contains no clear position beside
-  /// it, like a reamer of the cup's own diameter. No value for other heads.
+  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup,
+  /// because the grid contains no free position for it. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -239,7 +245,7 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// The cells that the head can reach at this height, from the layer above.
+  /// Finds the grid cells at this height that the head can reach from the layer above.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -278,7 +284,7 @@ class StrokePlanner {
       }
     }
   }
-  /// The lowest layer at or above a height.
+  /// Finds the lowest layer that is at or above `height`.
   const Layer& layer_above(double height) const {
     const Layer* best = &layers_.front();
     for (const Layer& layer : layers_)
@@ -286,7 +292,8 @@ class StrokePlanner {
     return *best;
   }
 
-  /// The boundary between a clear and a colliding position, by bisection; the result is clear.
+  /// Finds by bisection the border between a position where the head is free and a position where it touches the ideal.
+  /// The result is a position where the head is free.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -295,7 +302,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// Returns the chain without points that lie on the line between their neighbours.
+  /// Returns the path without points that lie on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -325,8 +332,8 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds a connection from the last stroke's end to `to`: straight, or up, across and down, if the head then does not
-  /// touch the ideal. If none is found, adds nothing; the hand then lifts off.
+  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
+  /// head must not touch the ideal on it. If there is no such connection, adds nothing; then the hand lifts the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -359,13 +366,13 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Adds strokes for the pieces of a chain that remove tissue. A closed chain may begin anywhere.
+  /// Adds strokes for the parts of a path that remove tissue. A closed path may begin at any point.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // begins at a point that removes nothing, so that no piece is split
+    if (closed) {  // A closed path begins at a point that removes nothing, so that no part is split.
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -393,7 +400,8 @@ class StrokePlanner {
     }
   }
 
-  /// Adds strokes for the bulk of one layer: rows along its longer side, at a distance from the walls.
+  /// Adds strokes for the bulk of one layer. The strokes are rows along the layer's longer side, and keep a distance
+  /// from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -432,7 +440,8 @@ class StrokePlanner {
     }
   }
 
-  /// Adds a ramp down along a row from the layer above, because the end of a bur cuts badly.
+  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
+  /// end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -441,7 +450,8 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Cells of `in` that are more than `away` cells from cells outside; the grid's edge does not count.
+  /// Finds the cells of `in` whose distance from all cells outside `in` is more than `away` cells. The grid's edge is
+  /// ignored.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -460,14 +470,14 @@ class StrokePlanner {
     return result;
   }
 
-  /// The lines along which the head touches the ideal at this height (marching squares: Lorensen & Cline 1987, in the
-  /// plane).
+  /// Finds the lines along which the head touches the ideal at this height, with the marching squares algorithm
+  /// (Lorensen & Cline 1987, in the plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // index of a point, by grid edge
-    std::vector<std::array<std::size_t, 2>> next;        // neighbours of a point on its line
+    std::unordered_map<std::size_t, std::size_t> index;  // number of the point on each grid edge
+    std::vector<std::array<std::size_t, 2>> next;        // numbers of the two neighbours of each point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
@@ -496,7 +506,8 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        if (crossed.size() == 4) {  // two lines cross this cell, each around an outside corner
+        // the outline crosses this cell twice, and each line cuts off one corner that lies outside the ideal
+        if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
           join(crossed[first ? 2 : 1], crossed[first ? 3 : 2]);
@@ -527,7 +538,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// The lowest height that the head can reach in a column.
+  /// Finds the lowest height that the head can reach at the position (a, b).
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
               j = static_cast<int>(std::lround((b - lo_.y) / grid_));
@@ -547,13 +558,13 @@ class StrokePlanner {
     return height;
   }
 
-  /// Adds passes along the floor, in rows along its longer side. Returns the heights of its flat parts.
+  /// Adds passes along the floor, in rows along its longer side. Returns the heights of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
-      double highest = 0;  // m
+      double highest = 0;  // m, height of the highest point of the floor
     };
-    std::map<long, Level> levels;  // by height
+    std::map<long, Level> levels;  // flat parts of the floor, sorted by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
@@ -586,8 +597,8 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;         // size of the work relative to a tooth
-  const double least_taken_;  // voxels, threshold: thinner tissue gets no pass
+  const double size_;         // ratio of the work's size to the size of a tooth
+  const double least_taken_;  // voxels, threshold: tissue that is thinner than this gets no pass
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
@@ -601,20 +612,20 @@ class StrokePlanner {
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that remains after the strokes up to now
+  session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
-  glm::dmat3 axes_;          // columns u, v, w
+  glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between passes
-  double allowed_;           // voxels, allowed depth of the head in the ideal
+  double allowed_;           // voxels, depth to which the head may enter the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w, bounds of the heights
+  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the heights
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
-  std::optional<dvec3> last_;  // end of the last stroke
-  bool bulk_ = true;           // true: added strokes belong to the bulk
+  std::optional<dvec3> last_;  // end point of the last stroke
+  bool bulk_ = true;           // true while the added strokes belong to the bulk
 };
 
 }  // namespace

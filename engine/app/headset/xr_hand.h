@@ -1,6 +1,6 @@
-// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and
-// then yields to the force, which fades. When tracking returns, the tool moves to the hand; it drills only after the
-// trigger was released once.
+// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and then
+// yields to the force, so that the force fades. When tracking returns, the tool moves to the hand. It drills again only
+// after the trigger was released once.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@ namespace typodont {
 class XrHandFilter {
  public:
   explicit XrHandFilter(const Pose& start) : pose_(start), from_(start) {}
-  /// Returns the hand's next sample. `seen`: the controller is tracked now. `f_T_W`: N, force of the servo in the
-  /// last tick.
+  /// Returns the hand's next sample. `wanted`: newest sample of the controller. `seen`: true if the controller is
+  /// tracked now. `f_T_W`: N, force of the servo in the last tick.
   haptics::HandSample next(const XrHandSample& wanted, bool seen, const dvec3& f_T_W, Nanos t, double dt) noexcept;
   bool lost() const noexcept { return lost_; }
 
@@ -25,7 +25,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Reads the samples of the headset's thread at `rate` (Hz). Servo thread.
+/// Makes a hand that reads the samples of the headset's thread at `rate` (Hz). Servo thread.
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -34,28 +34,33 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, time in which a tool without tracking becomes half transparent, and later opaque again
+// s, duration in which a tool becomes transparent after its tracking is lost, or opaque after it returns
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
-constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
-constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
-// Limits for a controller's tip and an arm's tip: with less motion, the tip counts as still.
+constexpr double kSlowest = 60, kFastest = 320;  // Hz, lowest and highest frequency with which a controller can vibrate
+// rad/s, speed of the spindle at which the controller vibrates with its highest frequency
+constexpr double kFastSpindle = 400 * kKrpm;
+// Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
+// (s).
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;  // s, limit of a frame's duration; the slowest CPU stays below it
-constexpr double kLeaveTime = 2;      // s, time that the runtime gets to end the session
+// s, limit of a frame's duration; even software rendering on a slow CPU takes less
+constexpr double kLongestFrame = 20;
+constexpr double kLeaveTime = 2;  // s, limit of the time in which the runtime must end the session
 
-/// Vibration of the controller. Its amplitude depends on the force on the hand, its frequency on the drill's speed.
-/// The frequency is far below that of the spindle, which no controller can produce.
+/// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
+/// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high
+/// frequencies.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
-  const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just perceptible
+  // amplitude of a drill that runs without contact; it is just perceptible
+  const double running = tick.spindle > 1 ? 0.04 : 0;
   const double speed = std::clamp(std::abs(tick.spindle) / kFastSpindle, 0.0, 1.0);
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program never returns from the runtime. At exit, the process then ends with its own
-/// status but without destructors, because the hanging thread could disturb them.
+/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then ends with its
+/// own exit status but without destructors, because the hanging thread could still use the destroyed data.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -68,23 +73,23 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the wiring. This data outlives an abandoned thread.
+/// All data of the headset's thread except the wiring. It continues to exist if the thread hangs and is abandoned.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
   HandpieceView handpieces;
-  dvec3 origin;                             // m, W, origin of the tissue's voxels
+  dvec3 origin;                             // m, frame W: origin of the tissue's voxels
   double voxel;                             // m, voxel size of the tissue
   std::optional<render::BoxInWorld> reach;  // bounds of the tissue
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
   Surroundings surroundings;
-  MouthMirror mirror;  // the scene's mirror at its initial pose, or at the other hand's pose
+  MouthMirror mirror;  // the scene's mouth mirror, at its initial pose or at the second hand's pose
   MouthMirror scene_mirror;
   std::optional<MirrorFog> fog;  // empty: the fog of the mouth mirror is constant
-  SuctionTip suction_tip;        // the scene's tip, at its initial pose
-  int mirror_hand = -1;          // index of the controller that holds the mouth mirror
+  SuctionTip suction_tip;        // the scene's suction tip at its initial pose
+  int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -92,14 +97,15 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  std::mutex mutex;  // protects the members below; read a hundred times per second, written three times in total
+  // The mutex protects the members below. They are read a hundred times per second and written only three times.
+  std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counts of the thread's work; used only by the thread until it ends
+  WorkCounts work;  // counters of the thread's work; only the thread uses them until it ends
 
   std::thread thread;
 
@@ -161,7 +167,7 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);
-    // releases the device's particles before the device is destroyed, on every path out of this function
+    // However this function ends, the particles are released before their GPU device is destroyed.
     struct InUse {
       std::optional<DebrisView>& debris;
       ~InUse() {
@@ -182,7 +188,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      if (!hmd.running()) {  // the headset was taken off, so the bench waits, and the tool has no hand
+      if (!hmd.running()) {  // The headset was taken off. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
         std::this_thread::sleep_for(10ms);
@@ -259,8 +265,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// The mirror's button puts the mouth mirror into the free hand, or removes it. Without tracking, the mirror keeps
-  /// its pose.
+  /// Handles the mirror button: it puts the mouth mirror into the second hand, or removes it. If this hand's tracking
+  /// is lost, the mirror keeps its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -272,7 +278,7 @@ struct XrSession::Thread {
     if (hand.tracked) mirror = held(scene_mirror, hand.X_WT);
   }
 
-  /// Requests the next tool of the set; the servo changes it when pedal, drill and tissue allow it.
+  /// Requests the next tool of the tool set. The servo changes the tool when pedal, drill and tissue allow it.
   void choose_next_tool(const ServoTick& tick) {
     const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
     const std::int32_t chosen = wiring.chosen_tool;
@@ -281,7 +287,8 @@ struct XrSession::Thread {
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// Publishes the hand. Returns true if the tool is not held by a controller, or if that controller is tracked.
+  /// Publishes the controller's sample for the servo. Returns true if the controller is tracked, or if the tool is held
+  /// by another device.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -296,7 +303,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // wake() limits the time until the headset is worn; this loop limits the time of each call of the runtime.
+  // This loop limits the duration of each call of the runtime. The time until the user wears the headset is limited by
+  // wake().
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -344,13 +352,14 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The thread hangs in a call of the runtime, so it is abandoned with all its data.
+    // The thread hangs in a call of the headset's runtime. So the thread and all its data are abandoned.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end, so the GPU hangs
+    // the thread does not end although it is not in a call of the runtime, so the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

@@ -1,5 +1,5 @@
-// A headset in a live session, on its own thread. The runtime is foreign code; if it hangs or dies, the remaining
-// session must still end properly, with zero force and a complete recording.
+// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If it hangs or
+// crashes, the session must still end properly, with zero force and a complete recording.
 #pragma once
 
 #include <filesystem>
@@ -20,50 +20,50 @@ namespace typodont {
 class XrSession {
  public:
   struct Options {
-    int tool_hand = -1;  // 0 left, 1 right: the controller that holds the tool; −1: another device holds it
+    int tool_hand = -1;  // controller that holds the tool: 0 left, 1 right; −1: another device holds the tool
     bool debris = false, record = false;
-    bool touches = false;   // the user's trigger takes a pair of points for `calibrate register`
-    dvec3 work_W{0, 0, 0};  // m: the point that recentring places in front of the user
+    bool touches = false;   // true: the user's trigger captures a pair of points for `calibrate register`
+    dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
     ServoTick start;        // state of the tool before the first tick
   };
-  /// Opens the headset. Returns when it is awake and accepts frames. Throws Error in one line if the headset is
-  /// missing or asleep, or if its runtime does not answer.
+  /// Opens the headset. Returns when the headset is awake and accepts frames. Throws Error with a message of one line
+  /// if the headset is missing or asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // Functions for the session's own thread.
-  /// Starts to record the frames' times, if this is enabled in the options. `began`: time of the session's start.
+  // The next functions are called by the thread that runs the session. start() begins the recording of frame times, if
+  // the options request it. `began`: time of the session's start.
   void start(Nanos began);
-  /// Supervises the headset. Returns false if the user ended the session. Throws RunFailure if the runtime was lost
-  /// or has not answered for the rig's stall_s.
+  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the runtime is lost, or
+  /// if it has not answered for the time `stall_s` of the rig.
   bool step();
-  /// Ends the session with the runtime. If the headset's thread hangs in the runtime, abandons the thread.
+  /// Ends the session with the runtime. If the headset's thread hangs in a call of the runtime, the thread is
+  /// abandoned.
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// Returns the balance of the chips' mass. Call this function after stop(). Empty if there were no chips or the
-  /// thread hangs.
+  /// Returns the mass balance of the chips. Call it after stop(). Empty if there were no chips or if the thread hangs.
   std::optional<DebrisBalance> debris() const;
-  /// Adds the work of the headset's thread to `work`. Call this function after stop(). Does nothing if the thread
-  /// hangs.
+  /// Adds the counters of the headset's thread to `work`. Call it after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
-  /// One physical point, measured in two frames: as the head of the tool that an arm holds (p_H, in the frame H of the
-  /// arm's base) and as the tip of the controller (p_D, in the headset's space D).
+  /// One physical point, measured in two frames: p_H is the head of the tool that an arm holds, in frame H of the arm's
+  /// base; p_D is the tip of the controller, in frame D of the headset.
   struct Touch {
-    dvec3 p_H, p_D;  // m
+    dvec3 p_H, p_D;  // m; p_H in frame H, p_D in frame D
   };
   std::vector<Touch> touches() const;
 
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
-  double stall_;  // s without an answer of the runtime after which the session ends
+  double stall_;  // s, limit of the time that the runtime may need for an answer; after it, the session ends
 };
 
-/// Writes the file for `calibrate register --pairs`. Throws Error if the file cannot be written.
+/// Writes the captured pairs of points to a file for `calibrate register --pairs`. Throws Error if it cannot be
+/// written.
 void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches);
 
 }  // namespace typodont

@@ -40,7 +40,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  // waits for the device here, because the frame ring's wait would throw for a lost device
+  // Waits here until the GPU has finished, because the wait of the frame ring throws if the GPU is lost.
   vkDeviceWaitIdle(device_.device);
   hmd_->end();
   renderer_.reset();
@@ -76,11 +76,11 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
     const display::EyeView& eye = hmd_frame.eyes[e];
     frame.eyes[e] = {eye.view, eye.projection, eye.position, eye.flip};
   }
-  // The lamp is in the room, over the left shoulder of the user at negative y of W.
+  // Direction to the lamp. It is fixed in the room: over the left shoulder of a user who sits at negative y of frame W.
   frame.lights.key = glm::normalize(dvec3(-0.65, 0.2, 0.95));
   frame.lights.up = {0, 0, 1};
-  // No background picture is drawn, because the planes of the two eyes' pictures are not parallel, so one picture
-  // cannot fit both.
+  // No background picture is drawn. One picture cannot fit both eyes of a headset, because their image planes are not
+  // parallel.
   frame.background = see_through ? render::Background::kClear : render::Background::kBlack;
   const ServoTick& tick = scenery.tick;
   frame.tool = {

@@ -1,5 +1,5 @@
-// Draws the bench for a headset: creates Vulkan through the runtime, creates a renderer, and fills each frame. The
-// headset's thread.
+// Draws the bench for a headset. It creates Vulkan through the headset's runtime, creates a renderer, and draws each
+// frame. Used by the headset's thread.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,8 @@ class XrStage {
     bool validation = false;
     HandpieceView handpieces;
   };
-  /// Opens runtime, headset, device and session; `work_W`: m, middle of the work. Throws Error.
+  /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W, middle of the
+  /// work. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
           display::RuntimeGate& gate, const Options& options);
   ~XrStage();
@@ -29,25 +30,25 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the static surroundings; call before the first bricks.
+  /// Adds the static surroundings. Call it before the first bricks of the tissue are added.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
-  /// Updates the picture of the film on the surfaces; null: no film.
+  /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
 
-  /// All objects that are drawn besides the tissue.
+  /// All objects in the picture except the tissue.
   struct Scenery {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
-    render::ParticleCloud* cloud = nullptr;  // particles on this stage's device; null: none
-    double dt = 0;                           // s, time since the last frame; used to rotate the bur
-    MouthMirror mirror;                      // diameter 0: none
-    SuctionTip suction;                      // opening 0: none
+    render::ParticleCloud* cloud = nullptr;  // particles that are stored on this stage's GPU; null: there are none
+    double dt = 0;                           // s, time since the last frame; the bur rotates by the corresponding angle
+    MouthMirror mirror;                      // the mouth mirror; its diameter is 0 if there is none
+    SuctionTip suction;                      // the suction tip; its opening is 0 if there is none
   };
-  /// Makes the frame for the renderer. `angle`: rad, angle of the bur.
+  /// Describes the frame for the renderer. `angle`: rad, rotation of the bur about its axis.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
-  /// Draws and submits the frame that hmd().wait() began. If no picture is needed, submits without a picture.
+  /// Draws and submits the frame that hmd().wait() began. If the runtime needs no picture, it submits an empty frame.
   render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);
 
   display::Hmd& hmd() { return *hmd_; }
@@ -68,9 +69,9 @@ class XrStage {
   haptics::Spindle spindle_;
   HandpieceView handpieces_;
   Pose X_GH_;          // pose of the handpiece relative to the tool
-  bool open_ = false;  // render::ToolState::open
+  bool open_ = false;  // copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
   std::uint32_t shown_tool_ = 0;
-  bool shown_placed_ = false;  // an implant is placed, so its head stays visible in the tissue
+  bool shown_placed_ = false;  // true after an implant was placed; its head then stays visible in the tissue
   double angle_ = 0;
 };
 

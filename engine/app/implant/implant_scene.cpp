@@ -20,11 +20,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRpm = 2 * kPi / 60;  // rad/s
-constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which bone is searched
+constexpr double kRpm = 2 * kPi / 60;  // rad/s per revolution per minute
+constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which the function searches for bone
 constexpr int kAround = 24;
 
-/// A box of tissue around the planned implant.
+/// The voxels of the tissue in a box around the planned implant.
 class Around {
  public:
   Around(const haptics::TissueVolume& volume, const session::ImplantPlan& plan) : frame_(volume.frame()) {
@@ -47,7 +47,7 @@ class Around {
   double voxel() const { return frame_.voxel; }
 
  private:
-  /// Label of the voxel nearest to p; air outside the tissue and outside the box.
+  /// Tissue of the voxel that is nearest to the position; air outside the tissue and outside the box.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
@@ -55,7 +55,8 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  VoxelFrame frame_;  // frame of the volume, so that the nearest voxel is also the volume's nearest voxel
+  // frame of the whole volume, so that the nearest voxel here is also the nearest voxel of the volume
+  VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
 };
@@ -193,7 +194,8 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Sums area and second moments of the space without bone, in slices perpendicular to the plan's axis.
+  // Sums the area and the second moments of the region without bone, slice by slice. The slices are perpendicular to
+  // the planned axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

@@ -1,4 +1,4 @@
-// Reads and checks a scene's "implant": the set of instruments, the plan and the procedure.
+// Reads and checks the block "implant" of a scene: the instruments, the plan and the procedure.
 #pragma once
 
 #include <cmath>
@@ -20,17 +20,17 @@ haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& nam
 /// Path of assets/implants/exercise.json, which contains the parts that all implant exercises have in common.
 std::filesystem::path implant_exercise_file();
 
-/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md). `tissue`:
-/// the scene's tissue, for the canal of a "bone". `tools`: the session's tools. Throws Error, also if the tool of a
-/// phase is not among the tools.
+/// Reads the block {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md).
+/// `tissue`: JSON of the scene's tissue; a tissue of kind "bone" contains the nerve canal. `tools`: the session's
+/// tools. Throws Error, also if the tool of a phase is not among the tools.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m, depth below the platform; above this depth the bone around an implant need not be complete.
+/// m, depth below the implant's platform. Above this depth, the bone around an implant may be incomplete.
 inline constexpr double kCrest = 1.5e-3;
 
-/// Calls visit(p_W, depth) for points of the planned thread's surface, from the depth kCrest to its apex, until
-/// visit() returns false.
+/// Calls visit(p_W, depth) for points on the surface of the planned implant's thread, from the depth kCrest down to the
+/// apex. It ends early if visit() returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;
@@ -45,15 +45,16 @@ void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   }
 }
 
-/// Throws Error if the tissue has no grey values. `file`: the scene's file, for the message.
+/// Throws Error if the tissue has no grey values. `file`: the scene's file, whose name the message contains.
 void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
 /// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's
-/// file, for the message.
+/// file, whose name the message contains.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds the measures that need the final tissue: diameter and ovality of the bed, openings in its wall, and contact
-/// of the implant with bone. If the scene lists no neighbouring roots, also the distance to the nearest tooth.
+/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed, openings in its wall,
+/// and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the distance to the
+/// nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

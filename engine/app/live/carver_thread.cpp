@@ -35,7 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A save waits for the end of the previous save, but the carver does not wait for a save.
+    // A thread writes the copy. It first waits until the previous file is written, so that the carver never waits.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -54,9 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends bricks to a picture. While the picture accepts no bricks (its device is being created again), the latest
-/// version of each brick that does not fit into the ring waits here. If a brick were lost, its old form would be drawn
-/// until its next cut.
+/// Sends bricks to a picture. While the picture's GPU device is created again, the picture accepts no bricks. Then the
+/// bricks that do not fit into the ring are kept here, each in its latest version. A lost brick would be drawn in its
+/// old form until the next cut.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -88,7 +88,7 @@ bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver
   return true;
 }
 
-/// Executes a piece of a brush stroke; the piece can be undone. Returns false if the piece met no tissue, because
+/// Applies a part of a brush stroke, which can be undone. Returns false if the brush touched no tissue, because
 /// painting in the air is not part of an exercise.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
@@ -143,14 +143,14 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The tick is from the previous turn, so all its cuts are applied. A tick without a valid pose is ignored.
+  // The latest tick is from the previous turn, so all its cuts are applied now. A tick without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: a patch must be created before any later cut
+  bool edited = false;  // true: the tissue was edited, so the servo needs a new patch before it makes another cut
   while (wiring.tissue_commands.pop(command)) {
     edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;
@@ -180,8 +180,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    // the expert requests a copy of the tissue after its last cut, and this cut may be newer than the start of this
-    // turn
+    // The expert requests a copy after its last cut. This cut may have arrived during this turn, so it is applied
+    // first.
     repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
@@ -189,8 +189,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   return done;
 }
 
-/// Meshes the changed bricks. Invisible bricks are meshed later; the volume stores which voxels have changed since
-/// they were last meshed.
+/// Meshes the changed bricks that a picture shows. The others are meshed later; the volume stores which voxels have
+/// changed.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -224,9 +224,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive turns without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time. After 30 ms without work, the hand is slow: at 3 cm/s it moves 0.1 mm until the next
-    // check. After a second, the hand is at rest: with 10 m/s² it moves 0.5 mm until the next check. In an idle
-    // session, these checks cost 0.4 % of a core; more frequent checks would cost 3 %.
+    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it
+    // moves 0.1 mm until the next check. After one second, it is assumed to rest: if it accelerates with 10 m/s², it
+    // moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent checks would
+    // use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

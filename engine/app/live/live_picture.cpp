@@ -16,16 +16,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns, limit: if the device is lost again within this time, it counts as broken
+// ns, limit: a GPU device that is lost again within this time counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// ns, time between searches for changed bricks, with software rendering
+// ns, time between two searches for changed bricks while the CPU draws the pictures
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
-constexpr Nanos kBriefWait = 4'000'000;     // ns, time between checks for motion
-constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between pictures from a free viewpoint
-constexpr int kImplantSections = 2;         // number of sections; one is along the arch, the other across it
-// A section follows the drill in steps of at least this size.
-constexpr double kSectionTurns = 0.02;    // rad, step of rotation
-constexpr double kSectionMoves = 0.1e-3;  // m, step of translation
+constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
+constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
+constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
+// Thresholds: the section follows the drill if the drill has rotated or moved by more than these amounts.
+constexpr double kSectionTurns = 0.02;    // rad, smallest rotation that the section follows
+constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
 
 }  // namespace
 
@@ -76,7 +76,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
-  look.hud = !options_.operated;  // the operator's window shows these texts
+  look.hud = !options_.operated;  // no texts over the picture if the operator's window shows them
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
@@ -132,10 +132,11 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
   make(options_.device);
 }
 
-/// Switches the suction nozzle beside the tooth.
+/// Switches the suction on or off. The suction nozzle lies beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  constexpr double kBeside = 9e-3;  // m, distance of the nozzle behind the tooth, as seen by the trainee
+  // m, distance of the nozzle from the tooth; it lies behind the tooth as the trainee sees it
+  constexpr double kBeside = 9e-3;
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)
     nozzle.p_W = session_.wiring.suction_tip.front().X_WS.p;
@@ -175,7 +176,7 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   if (next.view == View::kSection && scene_.implant) {
     next.plane = section_through_implant(tick);
   } else if (next.view == View::kSection) {
-    // An upright plane through the bur that faces the viewer. The part of the tissue behind the plane is kept.
+    // The section plane is vertical, passes through the bur and faces the viewer. The tissue behind the plane is kept.
     const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
     next.plane = {n, -glm::dot(n, tick.X_WG.p)};
@@ -183,9 +184,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Plane through the axis of the drill if the drill is in its bed, otherwise through the axis of the planned implant.
-/// The plane lies along the arch or across it. (x is along the arch, y points to the tongue: docs/interface.md,
-/// "bone".)
+/// Section plane through an axis, along the arch or across it. It is the drill's axis if the drill is in its bed,
+/// otherwise the planned implant's axis. (x points along the arch and y to the tongue; docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
@@ -195,7 +195,7 @@ glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// Moves the section when a drill enters or leaves a bed.
+/// Updates the section plane when a drill enters or leaves a bed, or moves in it.
 void LivePicture::follow_implant(const ServoTick& tick) {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
@@ -229,7 +229,7 @@ SuctionTip LivePicture::tip_for(const Look& look) {
   return left_hand_ && hand_holds_suction(scene_) ? session_.wiring.suction_tip.front() : scene_.suction_tip;
 }
 
-/// Records the water's and the suction's state whenever it changes.
+/// Records the state of the water and of the suction whenever it changes.
 void LivePicture::record_water() {
   const Nanos zero = session_.wiring.session_zero;
   if (!session_.water_stream || zero == 0) return;
@@ -238,7 +238,7 @@ void LivePicture::record_water() {
   if (session_.wiring.water_to_recorder.push(present)) water_ = present;
 }
 
-/// Sets which pictures show the tissue; the carver meshes only tissue that a picture shows.
+/// Stores which pictures show the tissue. The carver meshes tissue only if a picture shows it.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -295,7 +295,7 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
   record_water();
 }
 
-/// Applies the changes of the soft gum.
+/// Updates the picture of the soft gum, which the tool deforms.
 void LivePicture::follow_gum(const ServoTick& tick) {
   haptics::SoftMove move;
   while (session_.wiring.gum_moves->pop(move)) gum_->move(move);
@@ -310,7 +310,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    first_shown_ = now();  // a window shows a frame only at the second poll after the frame was drawn
+    // the window shows a frame at the latest at the second poll after it was drawn, so this time is an upper bound
+    first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -346,22 +347,22 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  if (options_.embedded) return;  // the operator's window waits instead
-  // After half a second without motion, the hand is checked only forty times per second. Mouse events end the wait
-  // earlier, but some hands send events a thousand times per second.
+  if (options_.embedded) return;  // the operator's window itself waits between two frames
+  // After half a second without motion, the hand is checked only forty times per second. A mouse event ends the wait
+  // early. Events of other hands do not, because some hands send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// Chooses the level of detail and the quality step for the next frame from this frame of the trainee's picture. Other
-/// pictures are ignored, so that they do not reduce the quality of the trainee's picture.
+/// Chooses the level of detail and the quality of the next frame, from measurements of this frame of the trainee's
+/// picture. Other pictures are not measured, so that they do not reduce the quality of the trainee's picture.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
   frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
-  // Age of the hand's sample at the beginning of the frame.
+  // Computes the age of the hand's sample at the beginning of the frame.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
@@ -369,11 +370,11 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
     wiring.pictures_to_recorder.push(
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
-  // With software rendering, composing and presenting also use the CPU. So the total time is known only for
-  // consecutive frames.
+  // With software rendering, the CPU also composes and presents the picture. So the cost of a frame is measured as the
+  // time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // In a picture at rest, only bricks with a new level of detail are redrawn, a few per frame. Such cheap frames do
-  // not show the cost of the next quality step; if they were used, the quality would go up and down for ever.
+  // In a picture at rest, only bricks whose level of detail changes are redrawn, a few per frame. The cost of such a
+  // frame does not predict the cost of a better quality. If it were used, the quality would rise and fall for ever.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
@@ -382,14 +383,14 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   }
 }
 
-/// Counts a shown picture.
+/// Updates the mean interval between frames after a frame was shown.
 void LivePicture::frame_shown() {
   const Nanos t = now();
   if (last_drawn_) frame_period_ += 0.1 * (std::min(to_seconds(t - last_drawn_), 1.0) - frame_period_);
   last_drawn_ = t;
 }
 
-/// Tells the sound where the head is; records the viewpoint and the view whenever they change.
+/// Passes the position of the user's head to the sound. Records viewpoint and view whenever they change.
 void LivePicture::record_view() {
   if (session_.sound && session_.sound->binaural())
     session_.sound->listen(stage_->rig().head.eye_center, stage_->rig().head.right);

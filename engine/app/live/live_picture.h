@@ -1,6 +1,5 @@
-// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint.
-// Also contains the objects that both pictures use: views, debris, level of detail, quality ladder. Drawing thread
-// only.
+// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
+// contains the objects that both pictures share: views, debris, level of detail, quality ladder. Drawing thread only.
 #pragma once
 
 #include <array>
@@ -25,74 +24,77 @@ namespace typodont {
 class LivePicture {
  public:
   struct Options {
-    bool operated = false;  // the operator's window shows the texts of the session
-    bool steered = false;   // an experiment asks about the force, so the force is not shown
-    bool embedded = false;  // the picture is shown in the operator's window instead of a window of its own
-    bool cursor = false;    // draws a cursor in space, for a hand that is visible only on the screen
-    int monitor = -1;       // monitor for full screen; -1: a window
+    bool operated = false;  // true: the operator's window shows the session's texts, so the picture shows none
+    bool steered = false;   // true: an experiment asks about the force, so the picture does not show the force
+    bool embedded = false;  // true: the picture appears in the operator's window; false: it has its own window
+    bool cursor = false;    // true: draws a cursor in space, for a hand that the user sees only on the screen
+    int monitor = -1;       // number of the monitor for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    gpu::Device* device = nullptr;                             // the operator's device; null: create one
+    /// the operator's GPU device; null: the picture creates its own device
+    gpu::Device* device = nullptr;
   };
-  /// Draws nothing yet. `above`: m, W, initial position of the tool; `left_hand`: a second hand holds the mouth
-  /// mirror. The scene and the session must outlive this object.
+  /// Prepares the pictures without drawing. `above`: m, frame W, initial position of the tool; `left_hand`: true if a
+  /// second hand holds the mouth mirror. The scene and the session must outlive this object.
   LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above, bool left_hand);
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
-  /// Opens the trainee's picture on the screen of `rig`; `rig` must outlive this object. Appends descriptions of the
-  /// active features to `explanations`. Throws the same errors as PictureStage.
+  /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds a description of each
+  /// active feature to `explanations`. Throws the same errors as PictureStage.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
-  /// Starts the measurement of time for the first turn.
+  /// Sets the start of the first turn, from which its duration is measured.
   void begin() { last_turn_ = now(); }
-  /// Stage of the trainee's picture; null if the picture is not drawn here.
+  /// Stage of the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// The views; null after close() was called.
+  /// The views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
-  /// Returns the balance of the removed mass. Call this function at the end of the session.
+  /// Returns the mass balance of the debris. Call it at the end of the session.
   std::optional<DebrisBalance> settle_debris();
-  /// Waits for unfinished work at the end of the session. The trainee's last picture stays visible.
+  /// Ends unfinished work at the end of the session. The trainee's last picture stays visible.
   void close();
 
-  /// Stops drawing, because the device is about to be destroyed or is lost.
+  /// Releases all GPU objects, because the GPU device is lost or about to be destroyed.
   void drop();
-  /// Creates the pictures again. If the argument is null, on a device of their own.
+  /// Creates the pictures again on this GPU device. If `device` is null, the pictures create their own device.
   void make(gpu::Device* device);
-  /// Creates a lost device again; returns false if the previous loss was too recent.
+  /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Collects the carver's changes since the last turn.
+  /// Receives the carver's changes since the last turn.
   void collect();
-  /// One turn: draws a frame of each picture that changed, or waits briefly. `tick` receives the latest tick.
+  /// Runs one turn: draws a frame of each picture that has changed, or waits for a short time. `tick` receives the
+  /// latest tick.
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
-  /// Draws the picture from the free viewpoint if it is requested and due. `dt`: s since the last turn.
+  /// Draws the picture from the free viewpoint if it is requested and its interval has passed. `dt`: s since the last
+  /// turn.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
-  /// Sets the free viewpoint and the picture's size in pixels; a size of 0 switches the picture off.
+  /// Sets the free viewpoint and the size of its picture in pixels. A size of 0 switches this picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view: normal, section through the bur, glass, difference to the ideal (if the scene has one),
-  /// and normal again. In an implant exercise the sections run along the arch and then across it, through the implant's
-  /// axis.
+  /// Switches to the next view. The order is: normal, section through the bur, glass, difference to the ideal (if the
+  /// scene has an ideal), and normal again. In an implant exercise there are two sections through the implant's axis,
+  /// along the arch and across it.
   void show_next_view(const ServoTick& tick);
-  /// Switches the suction on or off, if there is debris.
+  /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();
-  /// Switches the handpiece's water on or off, if the scene has spray.
+  /// Switches the handpiece's water on or off. Has an effect only if the scene has spray.
   void switch_spray();
   bool has_spray() const { return debris_ && debris_->has_spray(); }
   bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
-  double suction_flow() const;  // m³/s; 0: the suction is off
+  double suction_flow() const;  // m³/s, flow of the suction; 0 if it is off
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Latest time at which the first picture can have appeared on the screen; 0: no picture was shown.
+  /// Upper bound of the time at which the first picture appeared on the screen; 0 if no picture was shown.
   Nanos first_shown() const { return first_shown_; }
-  /// Smoothed values in s: drawing time of a frame, interval between frames, and latency from hand to screen
-  /// (estimated).
+  /// Smoothed times in s: drawing time of a frame, interval between two frames, and estimated latency from hand to
+  /// screen.
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
   double photon_seconds() const { return photon_seconds_; }
@@ -118,32 +120,32 @@ class LivePicture {
   const dvec3 above_;
   const bool left_hand_;
   const display::DisplayRig* rig_ = nullptr;
-  haptics::ServoSettings shown_;             // the scene's settings, with the tissues' colours as displayed
-  Surroundings around_;                      // surroundings of the tooth
+  haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
+  Surroundings around_;                      // meshes of the tooth's surroundings
   std::optional<MirrorFog> fog_;             // empty: the fog of the mouth mirror is constant
   std::optional<SoftGumView> gum_;           // empty if the gum is rigid
-  std::optional<render::BoxInWorld> reach_;  // bounds of the tissue in world coordinates
+  std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture
   std::optional<DebrisView> debris_;
   bool sucking_ = false;
-  std::optional<WaterSwitch> water_;  // the state that was recorded last
+  std::optional<WaterSwitch> water_;  // state of water and suction that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
-  std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
+  std::unique_ptr<LiveViews> views_;  // declared after the pictures, because it holds references to them
 
   Viewpoint own_from_;
   glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
-  Nanos revived_;  // time when the picture was last created again
+  Nanos revived_;  // time at which the GPU device was last created again
   std::uint64_t frames_ = 0, own_frames_ = 0;
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;         // the last turn drew a frame
-  std::uint64_t ladder_cuts_ = 0;  // number of cuts when the ladder last evaluated a frame
-  std::optional<SeenFrom> seen_;   // the view that was recorded last
-  int implant_section_ = 0;        // section of the implant: 0: along the arch, 1: across it
+  bool drew_last_ = false;         // true if the last turn drew a frame
+  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that the quality ladder evaluated
+  std::optional<SeenFrom> seen_;   // viewpoint and view that were recorded last
+  int implant_section_ = 0;        // section through the implant: 0 along the arch, 1 across it
 };
 
 }  // namespace typodont

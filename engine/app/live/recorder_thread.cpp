@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// Period of the recorder's turns. A kill loses the data of at most 20 periods; the ring of ticks holds eight seconds at
-// 4 kHz.
+// Period of the recorder's turns. If the program is killed, the data of at most 20 periods is lost. The ring of ticks
+// holds eight seconds at 4 kHz.
 constexpr auto kTurn = 25ms;
 
 }  // namespace
@@ -28,11 +28,11 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Counts the ticks first. Their patches and cuts are already in the rings. The patches and cuts of later ticks may
-  // arrive after this point; if the program were killed then, those ticks would be stored without them.
+  // Counts the waiting ticks first, and stores only these ticks in this turn. Their patches and cuts are already in the
+  // other rings. So no tick is ever stored without its patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Reads the edits after the patches, so that the edit that made a patch necessary is stored, too.
+  // Edits are read after patches. So if a patch was made because of an edit, the edit is stored in the same turn.
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
@@ -58,7 +58,7 @@ void RecorderTurns::turn() {
     writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
   }
   if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
-  // Pictures before the first tick do not belong to the session.
+  // Pictures before the first tick do not belong to the session, so they are not stored.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   display::HmdTiming frame;
   while (wiring.xr_frames_to_recorder.pop(frame))

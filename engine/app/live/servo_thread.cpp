@@ -12,12 +12,12 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the soft gum in the picture
+constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the drawn soft gum
 constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
-// Faults that are input of Servo::tick.
+// The faults that are not only results of the servo, but also an input of Servo::tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// True if the tool is in contact, as defined for HapticDevice::contact.
+/// True if the tool touches something, as HapticDevice::contact defines it.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;
@@ -55,8 +55,8 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // From the set kServoInputFaults, the tick contains exactly those faults that the servo got as input, so that a
-  // replay can repeat them.
+  // The faults in kServoInputFaults are copied from the input of the servo and not from the hand's present state. So a
+  // replay can give the same input to the servo.
   tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -69,12 +69,12 @@ bool ServoTurns::turn() noexcept {
     if (s.debris) wiring.cuts_to_debris.push(cut_);
   }
   wiring.tick_to_carver.publish(tick_);
-  // The sound gets the tick before the tick is published, because a sound file is synthesized up to the latest
+  // The sound receives the tick before the tick is published, because a sound file is synthesized up to the latest
   // published tick.
   if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
-  // If the ring is full, the loss is counted and the session continues.
+  // If the ring is full, the lost tick is counted and the session continues.
   if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
@@ -103,7 +103,8 @@ void ServoTurns::end() noexcept {
   LiveSession& s = s_;
   Wiring& wiring = s.wiring;
   s.loop->publish();
-  // At the end the force ramps down with the drill off. These ticks are not part of the session and are not recorded.
+  // At the end, the force ramps down with the drill off. These ticks do not belong to the session, so they are not
+  // recorded.
   s.servo->ramp_out();
   const Nanos faded = clock_() + from_seconds(kRampOut);
   while (!wiring.emergency && clock_() < faded && hand_.read(sample_)) {
@@ -115,7 +116,7 @@ void ServoTurns::end() noexcept {
     send();
   }
   hand_.write(dvec3(0), dvec3(0));
-  hand_.release();  // the release also ends an arm's gravity compensation
+  hand_.release();  // this also ends the gravity compensation of an arm
 }
 
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {

@@ -1,5 +1,5 @@
-// The data of a live session, and the loops of the threads that work on it. Each thread has its own file in this
-// folder, and they communicate only through wiring.h. The workbench starts and joins the threads and draws.
+// The data of a live session, and the loops of the threads that use it. Each thread has its own file in this folder.
+// The threads communicate only through wiring.h. The workbench starts and joins the threads, and draws.
 #pragma once
 
 #include <cstdint>
@@ -26,43 +26,49 @@
 
 namespace typodont {
 
-/// The data of a session. It outlives the threads, which have references to the data. A member marked SERVO, CARVER
-/// or RECORDER is used only by that thread until the thread has ended.
+/// The data of a session. It outlives the threads, which have references to it. If a member is for one thread only, it
+/// is used by this thread until the thread has ended.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;       // created once the hand is known
-  std::optional<haptics::ForceDelay> delay;  // SERVO: delays the force; empty if the session does not delay forces
-  std::optional<LoopStatistics> loop;        // SERVO: statistics of the loop
-  ServoTick last;                            // SERVO: the last tick
-  double servo_cpu = 0;                      // SERVO: s, CPU time of the thread
-  Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
+  std::optional<haptics::Servo> servo;  // created as soon as the hand is known
+  std::optional<haptics::ForceDelay>
+      delay;  // servo thread only: delays the force; empty if the session does not delay forces
+  std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
+  ServoTick last;                      // servo thread only: the last tick
+  double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread
+  Nanos first_tick = 0;                // servo thread only: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
   bool steered = false;  // true: the newest tick is read even if nothing is drawn
-  bool watched = false;  // true: bricks are also sent to the operator's picture; the other copy goes to the headset
-  StrokeHistory book;    // CARVER: the changes that each stroke made
-  std::string carver_failure;        // CARVER: reason for a failure of the carver
-  Nanos mesh_interval = 16'000'000;  // ns, time between searches for changed bricks; not shorter than a frame
-  std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
-  std::size_t picture_stream = 0;    // index of the recorded stream for a screen's frames
+  /// true: each brick is sent both to a headset and to the operator's picture
+  bool watched = false;
+  StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
+  std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
+  /// ns, time between two searches for changed bricks; at least the duration of a frame
+  Nanos mesh_interval = 16'000'000;
+  std::size_t xr_stream = 0;       // number of the recorded stream that contains a headset's frames
+  std::size_t picture_stream = 0;  // number of the recorded stream that contains a screen's frames
   SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;             // index of the recorded stream for a second hand
-  std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
-  std::optional<std::size_t> water_stream;  // index of the recorded stream for water and suction, if there is debris
-  std::optional<TickNotes> notes;           // RECORDER: notes derived from the ticks; empty without recording
-  std::filesystem::path save;               // file to which the tissue is saved
-  // CARVER: counts of the carver's work
+  std::size_t left_stream = 0;  // number of the recorded stream that contains a second hand's samples
+  /// number of the recorded stream that contains the head's position; empty without a screen
+  std::optional<std::size_t> head_stream;
+  /// number of the recorded stream that contains the state of water and suction; empty without debris
+  std::optional<std::size_t> water_stream;
+  /// recorder thread only: notes that are computed from the ticks; empty without a recording
+  std::optional<TickNotes> notes;
+  std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
+  // carver thread only: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::SearchCounts looks;                      // CARVER: number of searches by the contact model
+  haptics::SearchCounts looks;  // carver thread only: number of searches that the contact model made
   std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
-  std::uint64_t queries = 0;                        // SERVO: number of queries of the distance field
+  std::uint64_t queries = 0;                        // servo thread only: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// Creates the servo for the hand. `most_delay`: s, limit of the delay of the force that may be requested; 0: none
-  /// may be requested.
+  /// Creates the servo for the hand. `most_delay`: s, largest delay of the force that may be requested later; 0: no
+  /// delay may be requested.
   void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
@@ -73,16 +79,16 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop, turn by turn. Its thread calls turn() until turn() returns false, then end(). A test can call the
-/// turns of all loops in any order.
+/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the turns
+/// of all loops in any order.
 class ServoTurns {
  public:
-  /// `clock`: ns, any steady clock.
+  /// `clock`: returns the time in ns; any steady clock.
   ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept = now);
-  /// One tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at the
-  /// end of the session.
+  /// Runs one tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at
+  /// the end of the session.
   bool turn() noexcept;
-  /// Ramps the force down and releases the hand.
+  /// Ramps the force down to zero and releases the hand.
   void end() noexcept;
 
  private:
@@ -101,24 +107,25 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
-  Nanos ticks_since_gum_ = 0;    // number of ticks since send_gum(), in ns
-  std::size_t wounds_sent_ = 0;  // number of wounds that were sent to the picture
+  Nanos ticks_since_gum_ = 0;    // ns, time since the last call of send_gum(), counted in ticks
+  std::size_t wounds_sent_ = 0;  // number of gum wounds that were sent to the picture so far
 };
 
-/// The carver's loop, turn by turn.
+/// The carver's loop. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
-  /// `between` is called between the steps of a turn; a test lets the servo continue there. Empty in a live session.
+  /// `between`: function that is called between the steps of a turn, so that a test can run the servo there. Empty in a
+  /// live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // the turn had work
-    bool awaited = false;  // a patch is offered, and the servo has not adopted it yet
+    bool worked = false;   // true: the turn had work to do
+    bool awaited = false;  // true: the servo has not yet adopted the patch that the carver offers
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes the changed
+  /// Repeats the servo's cuts, executes the user's commands, offers a new patch if one is due, and meshes the changed
   /// bricks. Throws OpenVDB's exceptions.
   Done turn();
-  /// Repeats the remaining cuts.
+  /// Repeats the cuts that are still waiting at the end of the session.
   void finish();
 
  private:
@@ -126,28 +133,28 @@ class CarverTurns {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The recorder's loop, turn by turn.
+/// The recorder's loop. Each call of turn() runs the loop once.
 class RecorderTurns {
  public:
   RecorderTurns(LiveSession& s, session::SessionWriter& writer) : s_(s), writer_(writer) {}
-  /// Writes the contents of the rings to the file.
+  /// Writes all data that waits in the rings to the file.
   void turn();
 
  private:
   LiveSession& s_;
   session::SessionWriter& writer_;
   render::View viewed_ = render::View::kLook;
-  // the last state that was written to the log
+  // the state that was last reported in the log
   session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;
 };
 
-/// The loop of the state stream, turn by turn: publishes the session's state to other programs.
+/// The loop that publishes the session's state to other programs. Each call of turn() runs the loop once.
 class StreamTurns {
  public:
-  /// `rate`: Hz, states per second. Creates the ring that the servo fills, so it must be constructed before the servo
-  /// begins.
+  /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
+  /// run before the servo starts.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Empties the ring, and publishes new events and, if it is due, the latest tick.
+  /// Reads the ring. Publishes new events, and publishes the latest tick if its interval has passed.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -158,16 +165,16 @@ class StreamTurns {
   const Nanos interval_;
   std::vector<std::string> tools_;
   bool begun_ = false;
-  Nanos told_ = 0;  // time of the last published state
+  Nanos told_ = 0;  // time at which the last state was published
   ServoTick tick_;  // the latest tick
 };
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, creates patches from it, meshes the changes, and executes undo. If
-/// memory is exhausted, it ends the session.
+/// Owns the tissue. Repeats the servo's cuts on it, creates patches from it, meshes its changes, and executes undo.
+/// Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
-/// Moves all data for the recording from the rings to the file.
+/// Writes the data for the recording, which the other threads put into rings, to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);

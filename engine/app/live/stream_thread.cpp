@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kTicksWaiting = 1 << 12;  // number of ticks that the ring can hold; 0.4 s at 10 kHz
+constexpr std::size_t kTicksWaiting = 1 << 12;  // capacity of the ring, number of ticks; 0.4 s at 10 kHz
 constexpr auto kTurn = 2ms;
 
 }  // namespace

@@ -29,10 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// m, position of the middle of a crown's top; the shipped rigs look at it
+// m, position to which the middle of a crown's top is moved, because the shipped rigs show this point
 constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
-/// The rotation that turns the crown to +z.
+/// Returns the rotation that turns the crown to the direction +z.
 const char* upright_rotation(Crown crown) {
   switch (crown) {
     case Crown::kUp:
@@ -70,10 +70,11 @@ void move_to_working_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kCrownTop - tissue.frame.to_world(top);
 }
 
-/// Same as move_to_working_place() for a volume. If the mesh has several teeth, its middle may be empty, as in an
-/// arch; in this case its highest point is moved to kCrownTop.
+/// Moves a mesh so that the middle of its top is at kCrownTop. If the mesh has several teeth, there may be no tissue in
+/// its middle; then its highest point is moved to kCrownTop.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  constexpr double kWidestTooth = 16e-3;  // m, upper limit of the width of a single tooth
+  // m, threshold: a wider mesh counts as several teeth
+  constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
     lo = glm::min(lo, p), hi = glm::max(hi, p);
@@ -84,8 +85,8 @@ void move_to_working_place(haptics::TissueMesh& mesh) {
   for (dvec3& p : mesh.vertices) p += move;
 }
 
-/// Reads the mesh in the given unit. With the default unit (mm), a mesh that is too small for a tooth is read in
-/// metres, because some scanners write metres.
+/// Reads the mesh in the unit that the user chose. If it is the default unit (mm) and the mesh is too small for a
+/// tooth, it is read again in metres, because some scanners write metres.
 haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
   constexpr Tissue kTissue = Tissue::kEnamel;
   try {
@@ -97,12 +98,12 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // reading in metres failed, too, so the error of the requested unit is reported
+      throw e;  // reading in metres also failed, so the first error is reported
     }
   }
 }
 
-/// The folder of the user's own exercises; creates it.
+/// Returns the folder of the user's own exercises. Creates the folder if it does not exist.
 fs::path own_scenes() {
   const fs::path folder = user_folder() / "scenes";
   std::error_code code;
@@ -111,7 +112,7 @@ fs::path own_scenes() {
   return folder;
 }
 
-/// Creates a scene whose tissue is the mesh itself.
+/// Creates a scene whose tissue is the imported mesh, without a volume.
 fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 1);
   haptics::ReadTissueMesh read = read_scanned(tooth);
@@ -127,13 +128,14 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
       {"description", description},
       {"tissue", {{"mesh", {{"file", stem + ".stl"}, {"unit_mm", 1}, {"tissue", "enamel"}}}}},
       {"model", "vertex"},
-      {"tools", {"round_012", "round_014", "round_006", "explorer"}},  // the model mesh_lod cuts only with balls
+      // with the contact model mesh_lod, only round burs can cut
+      {"tools", {"round_012", "round_014", "round_006", "explorer"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  progress.at(1);  // from here on the work cannot be cancelled, because both files get their final names
+  progress.at(1);  // the user cannot cancel any more, because now both files get their final names
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
                       Over::kItsInput);
@@ -155,7 +157,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // The stem is, for example, 2026-11-20_10-15-00_scene.
+      // the name without its extension is, for example, 2026-11-20_10-15-00_scene
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;
@@ -207,7 +209,7 @@ fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Pr
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
-      // The names of DICOM files often contain names of patients.
+      // Only the word "DICOM" is stored, because the names of DICOM files often contain patients' names.
       {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
       {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
@@ -225,7 +227,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
   MaterialTable materials = load_materials();
-  bool draws_own = false;  // true: write the carved mesh itself, triangle by triangle
+  bool draws_own = false;  // true: writes the triangles of the carved mesh itself, not a mesh made from a volume
   const haptics::TissueVolume tissue = [&] {
     if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
     const session::SessionReader reader(session);

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Score of a session from the cache.
+/// A session's score that was computed earlier and stored in a cache.
 struct CachedScore {
   double points = 0;  // points out of 100
   bool counts = false, passed = false;
@@ -19,27 +19,29 @@ struct CachedScore {
 
 struct SessionEntry {
   std::filesystem::path file;
-  std::string scene, trainee, date;  // parts of the file name
-  std::string title;                 // title of the exercise in the reader's language; empty: unknown
-  // score; empty: not yet computed, or a preparation that was saved without a recording
+  std::string scene, trainee, date;  // parts of the recording's file name
+  std::string title;                 // title of the exercise in the user's language; empty if it is unknown
+  // Empty if the score was not yet computed, or if there is no recording.
   std::optional<CachedScore> score;
   double megabytes = 0;
-  bool report = false;   // a report exists beside the recording
-  bool recorded = true;  // false: a preparation that was saved without a recording
+  bool report = false;   // true: a report exists beside the recording
+  bool recorded = true;  // false: the entry is only a saved preparation, without a recording
 };
-/// The sessions of all trainees, newest first.
+/// Finds the sessions of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
 
-/// Copies this session to the trainee "expert", so that reports of its exercise compare with it. Throws Error.
+/// Copies this session to the trainee "expert". The reports of the same exercise then compare other sessions with it.
+/// Throws Error.
 void make_expert(const std::filesystem::path& session);
 
-/// Direction of the crown of an imported tooth in its file.
-enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // directions +z −z +x −x +y −y, in this order
+/// Direction in which the crown of an imported tooth points in its file.
+enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // in this order: +z −z +x −x +y −y
 
 struct NewTooth {
-  std::filesystem::path input;  // a scan or a closed mesh; with as_scanned, any mesh
+  std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh
   std::string name;
-  bool as_scanned = false;  // carves the mesh itself with the contact model vertex; also for open meshes
+  /// true: the mesh itself is carved, with the contact model vertex; open meshes are also allowed
+  bool as_scanned = false;
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
@@ -48,13 +50,14 @@ struct NewTooth {
 /// the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
-/// The same for tissue that is already imported, but not turned upright.
+/// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress);
 
-/// Writes the final tissue of a session, or a saved tissue, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
+/// Writes the final tissue of a session, or a saved tissue, as a surface. The extension of `mesh` is .stl, .ply or
+/// .obj. Throws Error or Cancelled.
 void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
 
-/// Writes the learning curve of a folder of sessions. Throws Error, Cancelled.
+/// Writes the learning curve of all sessions in a folder to the file `page`. Throws Error or Cancelled.
 void write_learning_curve(const std::filesystem::path& folder, const std::filesystem::path& page, int language,
                           Progress& progress);
 

@@ -1,4 +1,4 @@
-// The page of recorded sessions and their evaluation, and of teeth from scans and meshes.
+// The page that lists the recorded sessions with their scores, and imports teeth from scans and meshes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-/// Draws the points out of 100, in red if the pass mark is missed.
+/// Draws the points of a session out of 100. They are red below the pass mark.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");
@@ -119,7 +119,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
                       ImGuiInputTextFlags_AutoSelectAll);
   };
-  ImGui::BeginDisabled(as_scanned);  // these options apply only to volumes
+  ImGui::BeginDisabled(as_scanned);  // the next options apply only if the mesh is converted to a volume
   length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
   length("##shell", f.shell_mm, "op.shell", "op.shell_usual");

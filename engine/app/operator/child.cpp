@@ -19,8 +19,9 @@ namespace typodont {
 
 namespace {
 
-constexpr int kPollInterval = 50;  // ms between checks for cancellation
-constexpr int kPatience = 3000;    // ms, time in which the process must end after the request; then it is killed
+constexpr int kPollInterval = 50;  // ms, interval at which the user's cancellation is checked
+// ms, limit of the time between the request to end and the end of the process; then the process is killed
+constexpr int kPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -36,7 +37,8 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   return words;
 }
 
-/// The progress (0..1) in the last message with a percentage, such as "film: 30 %"; 0 if no message has one.
+/// Finds the last message with a percentage, such as "film: 30 %", and returns it as a fraction 0..1. Returns 0 if no
+/// message has a percentage.
 double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
@@ -54,7 +56,7 @@ std::string last_line(std::string messages) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  std::array<std::array<int, 2>, 2> ends{};  // pipes for the process's output and its messages
+  std::array<std::array<int, 2>, 2> ends{};  // two pipes: for the process's output, and for its messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
     close(ends[0][0]), close(ends[0][1]);
@@ -69,13 +71,13 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // its destructor runs on every path out of this function
+  struct Ended {  // the destructor ends the process, however this function ends
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
       for (const int one : from) close(one);
       if (child <= 0) return;
-      kill(child, SIGINT);  // asks the process to end and to remove its partial files
+      kill(child, SIGINT);  // requests that the process ends and removes its partial files
       for (int i = 0; i < kPatience / kPollInterval; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
         poll(nullptr, 0, kPollInterval);
@@ -103,7 +105,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // the process has closed its output, so it is about to end
+  waitpid(child, &status, 0);  // does not wait long, because the process has closed its output and is about to end
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));
@@ -111,7 +113,8 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // Messages go to memory. A pipe would break if this program ended before the child.
+  // Messages are written to memory instead of a pipe. A pipe would break if this program ended first, and would end the
+  // process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -146,7 +149,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // the next call checks the other programs
+    return std::nullopt;  // this program ended without failure; the next call checks the others
   }
   return std::nullopt;
 }

@@ -1,4 +1,4 @@
-// Runs this program as a separate process beside the window, for work whose failure must not affect the window.
+// Runs this program in a separate process, for work whose failure must not affect the window.
 #pragma once
 
 #include <optional>
@@ -9,33 +9,33 @@
 
 namespace typodont {
 
-/// Niceness of a process that gets the processor only while no other process needs it.
+/// Niceness (priority) of a process that gets the processor only while no other process needs it.
 inline constexpr int kLowestPriority = 19;
 
-/// Runs `typodont ARGUMENTS` to its end and returns its output; its reported progress goes to `progress`. On
-/// cancellation, the process is asked to end; if it does not end, it is killed. `nice`: niceness of the process, 0 to
-/// 19. Throws Cancelled, or RunFailure with the process's last message if it fails without output.
+/// Runs `typodont ARGUMENTS` and waits for its end. Returns its output; its progress goes to `progress`. On
+/// cancellation, the process is asked to end, and killed if it does not end. `nice`: niceness of the process, 0 to 19.
+/// Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Programs that run independently after their start; detects failures. Main thread.
+/// Programs that were started and run independently of the window. Their failures are detected. Main thread.
 class Started {
  public:
   /// Opens a file or folder with the desktop's default program.
   void open(const std::string& file);
-  /// Starts `typodont ARGUMENTS`.
+  /// Starts `typodont ARGUMENTS` without waiting for its end.
   void self(const std::vector<std::string>& arguments);
 
   struct Failed {
-    std::string file;   // the file that could not be opened; empty: a process of this program failed
-    std::string words;  // the last message of the failed program
+    std::string file;   // the file that could not be opened; empty if a process of this program failed
+    std::string words;  // last message of the failed program
   };
-  /// Returns a program that failed since the last call; empty if none failed.
+  /// Checks the started programs. Returns a program that failed since the last call; empty if none failed.
   std::optional<Failed> look();
 
  private:
   struct One {
     int process = -1;
-    int said = -1;  // descriptor of the process's messages, which are stored in memory
+    int said = -1;  // file descriptor of the process's messages, which are stored in memory
     std::string file;
   };
   void start(std::vector<std::string> words, const std::string& file);

@@ -32,7 +32,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // Proposes a second model that can feel every exercise. (The next model in the list, implant, cannot.)
+  // Proposes mesh_lod as the second contact model of a comparison, because it works in every exercise.
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }
@@ -74,7 +74,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Selects the hand if it is in the list.
+/// Selects the hand with this address if it is in the list.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

@@ -1,5 +1,5 @@
-// The available exercises, hands and pictures, and the user's selection, which is remembered between runs. Main
-// thread.
+// The available exercises, hands and pictures, and the user's selection, which is stored between two runs of the
+// program. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -17,15 +17,15 @@ class Choices {
   /// Restores the selection of the last run.
   Choices(OperatorState& s, InterfaceWindow& w);
 
-  /// Shows the pages in another language, if the computer has a font for it.
+  /// Shows the pages in another language if the computer has a font for it.
   void set_language(session::Language language);
-  /// Searches for scenes, hands and rigs again, and keeps the selection.
+  /// Searches again for scenes, hands and rigs. The user's selection is kept.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();
   void remember() const;
 
-  /// Searches for connected devices while the user selects a hand. Returns true if the list changed.
+  /// Searches for connected devices while the user selects a hand. Returns true if the list of devices changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

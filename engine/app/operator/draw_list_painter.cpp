@@ -17,19 +17,20 @@ namespace typodont {
 
 namespace {
 
-struct Place {  // this layout must equal the layout in interface.vert
+struct Place {  // the layout must equal the layout in the shader interface.vert
   float scale[2], shift[2];
   std::int32_t layer;
 };
 
-// limit of the number of remembered targets; larger than the number of a swapchain's images
+// Limit of the number of images whose content is remembered. It is larger than the number of images of a swapchain.
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Ensures that the buffer has at least `bytes`. A new buffer is 1.5 times as large, for later growth.
+/// Ensures that the buffer has at least `bytes`. If a new buffer is needed, it is 1.5 times as large, so that it can
+/// grow.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);
@@ -65,7 +66,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the value null stands for the font texture
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the texture number null means the font texture
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }
@@ -111,13 +112,14 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Draw lists that were made for another size are scaled to the target's size.
+  // Draw lists that were made for another window size are scaled to the size of the target.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  if (whole && holds_.size() > kRemembered) holds_.clear();  // the map also contains images that no longer exist
+  // the map also contains images that no longer exist, so it is cleared sometimes
+  if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);
   else

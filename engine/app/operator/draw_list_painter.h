@@ -1,5 +1,5 @@
-// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. If the target still
-// contains an earlier frame, only the differences are drawn. Render thread.
+// Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
+// flight. If the image to draw on still contains an earlier frame, only the parts that differ are drawn. Render thread.
 #pragma once
 
 #include <array>
@@ -24,18 +24,19 @@ class DrawListPainter {
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// Uploads the font atlas again after a change of language or scale. No frame may be in flight.
+  /// Uploads the font atlas again, after a change of language or scale. The GPU must not be drawing a frame.
   void take_font_atlas();
 
-  /// Removes the textures of the last frame.
+  /// Begins a frame: removes the textures that were registered for the last frame.
   void new_frame();
-  /// Registers the first layer of a picture for ImGui::Image in this frame. The picture must have sRGB bytes (a UNORM
-  /// view) and be in the layout for shaders. At most 60 pictures per frame. `shows`: a number that changes with the
-  /// picture's content.
+  /// Registers the first layer of a picture as a texture that ImGui::Image draws in this frame. The picture must
+  /// contain sRGB bytes (a UNORM view) and be in the layout for shaders. At most 60 pictures per frame. `shows`: a
+  /// number that changes whenever the picture's content changes.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws the parts in which this frame differs from the target's content; everything if the target contains no frame
-  /// or if `all` is set. Returns the drawn parts; an empty optional means everything.
+  /// Draws the parts of the frame that differ from the content of the image `target`. Draws everything if the image
+  /// contains no frame, or if `all` is true. Returns the drawn parts; an empty optional means that everything was
+  /// drawn.
   std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
                                                    const display::Target& target, int slot,
                                                    const std::array<float, 4>& clear, bool all = false);
@@ -46,7 +47,7 @@ class DrawListPainter {
 
   struct Texture {
     VkImageView view;
-    int layer;  // layer of an array; negative: the font, which is a coverage texture
+    int layer;  // layer of an array texture; negative: the font, a texture that contains only coverage
     std::uint64_t shows;
   };
 
@@ -61,7 +62,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // for each target: tile hashes of the frame that it contains
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target: one hash per tile
 };
 
 }  // namespace typodont

@@ -11,8 +11,8 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of a tile
-// Limit of the number of parts. An element that lies in several parts is drawn once for each part, so many parts cost
-// time.
+// Limit of the number of parts. An element that overlaps several parts is drawn once for each, so many parts take
+// longer.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
@@ -64,7 +64,8 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  // Finds the parts, in tiles. A run in a row is extended downwards if the next row has the same run.
+  // Combines changed tiles to rectangles. Changed tiles beside each other in a row form a rectangle, which is extended
+  // downwards if the same tiles of the next row have changed.
   std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {

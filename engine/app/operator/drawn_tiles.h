@@ -1,6 +1,6 @@
-// Finds the parts of a user-interface frame that differ from an earlier frame, by tiles. Each tile has a hash of all
-// elements that are drawn over it, in order. So a running clock redraws only its own tiles instead of the whole
-// window.
+// Finds the parts of a user-interface frame that differ from an earlier frame. The frame is divided into tiles. Each
+// tile has a hash of all elements that are drawn over it, in order. So a running clock redraws only its own tiles, not
+// the whole window.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// One hash per tile, row by row. `textures`: for each texture of the lists, a number that changes with its content.
+/// Returns one hash per tile, row by row. `textures`: a number for each texture of the lists, which changes with its
+/// content.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 
-/// The differences between two frames of this size in pixels: a few rectangles that do not overlap.
+/// Returns the parts in which two frames of this size (pixels) differ: a few rectangles that do not overlap.
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size);
 
-/// Combines two hashes into one that depends on both and on their order.
+/// Combines two hashes. The result depends on both hashes and on their order.
 inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
   a = (a ^ b) * 0x9e3779b97f4a7c15u;
   return a ^ a >> 29;

@@ -70,7 +70,8 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Rounds the number to four digits, as the user typed it, because a float has further digits.
+    // Rounds a number to four digits, as the user typed it. Without this, the float 0.7 would be written with more
+    // digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -92,7 +93,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // `servo.materials` includes the effect of the base's strokes, which will be applied again when the scene is read.
+    // `servo.materials` already includes the strokes that the base scene paints. When the new scene is read, these
+    // strokes are applied again, so their effect is removed here.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -102,7 +104,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  if (scene.contains("score")) {  // if a scene has a task, its rules are in the task
+  if (scene.contains("score")) {  // without a task, the rules of the score are here; otherwise they are in the task
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
   }
@@ -126,11 +128,10 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Checks for errors that would make a session fail, such as an invalid mesh or a rule without a target. Throws
-/// Error.
+/// Checks for errors that would let a session fail, such as an invalid mesh or a rule without a target. Throws Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // tries one rule at a time, to identify the faulty one
+  const auto try_rules = [&](const auto& read) {  // tries one rule at a time, to find the faulty rule
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;
@@ -164,7 +165,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // The exercise is first written and checked in another folder, so that an invalid exercise replaces no file.
+  // First writes and checks the exercise in another folder, so that an invalid exercise does not replace a file.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

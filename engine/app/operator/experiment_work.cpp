@@ -25,7 +25,7 @@ FoundValue value_in(const Json& json) {
   return {number("value"), number("low"), number("high")};
 }
 
-/// Adds the results that `typodont experiment --json` printed.
+/// Reads the results from the JSON output of `typodont experiment --json`.
 void read_result(const Json& json, ExperimentFinding& found) {
   found.trials = static_cast<int>(json["trials"].integer(0));
   if (found.question == kModelQuestion) {
@@ -68,7 +68,8 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  // otherwise the experiment uses its default, a window of its own
+  // A rig without a file draws in the operator's window. An experiment cannot draw there, so it opens its default
+  // window.
   if (!rig.embedded) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();

@@ -1,4 +1,4 @@
-// Runs an experiment in a process of its own (`typodont experiment`) beside the window. Main thread.
+// Runs an experiment (`typodont experiment`) in a separate process beside the window. Main thread.
 #pragma once
 
 #include "engine/app/operator/long_work.h"
@@ -6,8 +6,9 @@
 
 namespace typodont {
 
-/// Runs the experiment in OperatorState::experiment with the selected exercise, hand, picture and person. It writes the
-/// trials and the result to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv and .html, and the state's finding.
+/// Runs the experiment of OperatorState::experiment with the selected exercise, hand, picture and person. Writes the
+/// trials to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv and the result to the .html file beside it. Stores the
+/// result in the state.
 void make_experiment(OperatorState& s, BackgroundTask& work);
 
 }  // namespace typodont

@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 560;  // width and height of a surface's picture
+constexpr int kPixels = 560;  // pixels, width and height of the picture of a surface
 }
 
 void FuseDesk::open() {

@@ -1,5 +1,5 @@
-// An intraoral scan laid over the CBCT of the scan page: reads the mesh, registers the points that the user picks,
-// draws both surfaces, and replaces the crowns. Main thread.
+// Aligns an intraoral scan with the CBCT (cone beam CT) of the scan page. Reads the scan's mesh, registers the points
+// that the user picks, draws both surfaces, and replaces the crowns. Main thread.
 #pragma once
 
 #include <memory>
@@ -20,16 +20,15 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads the mesh of OperatorState::fuse while the window continues. The scan page must have
-  /// exact labels.
+  /// Shows the page and reads the mesh of OperatorState::fuse in the background. The scan page must have exact labels.
   void open();
-  /// Registers the picked points; refused results are reported in the message line.
+  /// Registers the two surfaces by the picked points. If the result is refused, the message line states the reason.
   void register_points();
-  /// Replaces the crowns in the review of the scan page, and returns to this page.
+  /// Replaces the crowns in the CBCT of the scan page, then shows the scan page.
   void take();
-  /// Draws the surfaces if they changed. Call before drawing the page.
+  /// Draws the surfaces again if they have changed. Call it before the page is drawn.
   void follow();
-  /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.
+  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();
   /// Frees the surfaces.
   void close();

@@ -1,5 +1,5 @@
-// The page on which an intraoral scan is laid over a CBCT: both surfaces, in which the same points are picked, the
-// registration's result, and the replacement of the crowns.
+// The page on which an intraoral scan is aligned with a CBCT. The user picks the same points in both surfaces, checks
+// the result of the registration, and replaces the crowns.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ using namespace widgets;
 namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
-constexpr double kZoom = 1.15;  // magnification for each step of the wheel
-// pixels; a click that moves the mouse farther turns the surface and picks no point
+constexpr double kZoom = 1.15;  // ratio by which one step of the wheel magnifies
+// Pixels. If the mouse moves farther while its button is pressed, the surface is turned and no point is picked.
 constexpr float kClick = 4;
 
-/// Handles the mouse over a surface: a click picks a point, dragging turns the surface, the wheel zooms.
+/// Handles the mouse over a surface. A click picks a point, dragging turns the surface, and the wheel zooms.
 void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
   const ImGuiIO& io = ImGui::GetIO();
   SurfacePicture& view = form.fusion->view(side);
@@ -88,7 +88,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
     row(s.text("op.fuse_median"), mm(found->fine.median));
     row(s.text("op.fuse_most"), mm(found->fine.most_of));
-    constexpr double kFair = 0.1e-3;  // m, uncertainty that is shown as a warning
+    constexpr double kFair = 0.1e-3;  // m, threshold: a larger uncertainty is shown as a warning
     row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
         found->fine.predicted_error < kFair ? &kGood : &kWarn);
     row(s.text("op.fuse_area"), fmt::format("{} mm²", s.number(found->fine.area / kSquareMillimetre, 0)));

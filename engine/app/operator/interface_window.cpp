@@ -18,10 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s, time after the last input in which every frame is drawn, for hover effects and the blinking cursor
+// s, time after the last input during which every frame is drawn, for hover effects and the blinking cursor
 constexpr double kSettle = 0.25;
 
-/// Returns the first of the files that exists. Debian, Fedora and Arch have fonts in different folders.
+/// Returns the first file of the list that exists. The list is needed because Debian, Fedora and Arch have fonts in
+/// different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -44,7 +45,8 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// A dark, neutral theme that does not distract from the picture, with one accent colour for possible actions.
+/// Sets a dark, neutral theme, which does not distract from the picture. One accent colour marks elements that can be
+/// used.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -186,7 +188,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  if (device_.device) vkDeviceWaitIdle(device_.device);  // the device is null if a new one could not be created
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // there is no device if a new one could not be created
 }
 
 void InterfaceWindow::build_fonts() {
@@ -194,8 +196,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // The fonts contain these characters: Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese also
-  // the characters in the catalogue.
+  // Selects the characters that the fonts contain: Latin, Greek (for µ), punctuation, arrows and mathematical signs.
+  // For Chinese, the characters of the text catalogue are added.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -295,7 +297,8 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 accepts key states instead of key events.
+  // ImGui 1.86 reads only the state of each key, once per frame. So the queue returns at most one event per key and
+  // frame.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -334,8 +337,8 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // The handle of a destroyed picture may be used again for a later upload, so the number includes the count of
-  // uploads.
+  // Vulkan may give the handle of a destroyed picture to a picture that is uploaded later. So the number of uploads is
+  // part of the identifying number.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

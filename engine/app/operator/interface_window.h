@@ -1,5 +1,5 @@
-// A desktop window drawn with Dear ImGui: device, output, fonts, theme, input. The caller draws the content of each
-// frame. Main thread.
+// A desktop window that Dear ImGui draws: GPU device, output, fonts, theme and input. The caller draws the content of
+// each frame. Main thread.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ struct ImFont;
 
 namespace typodont {
 
-/// Sizes in pixels at this screen's scale, and fonts.
+/// Sizes in pixels and fonts, for the scale of this screen.
 struct InterfaceStyle {
   float unit = 16;  // pixels, height of normal text; all other sizes are multiples of this height
   ImFont* plain = nullptr;
@@ -33,39 +33,40 @@ class InterfaceWindow {
     display::ivec2 size{1280, 800};
     bool validation = false;
   };
-  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can present to it.
+  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can draw to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;
   InterfaceWindow& operator=(const InterfaceWindow&) = delete;
 
-  /// Loads fonts for this language. Returns false, and changes nothing, if the computer has no such font.
+  /// Loads fonts for this language. If the computer has no such font, changes nothing and returns false.
   bool set_language(session::Language language);
-  /// Announces a text. From the next frame on, the fonts contain its characters. Call between frames.
+  /// Adds the characters of `text` to the fonts from the next frame on. Call it between two frames.
   void announce_text(const std::string& text);
 
-  /// Reads mouse and keyboard. Returns true if a frame should be drawn, because input has arrived or more than
+  /// Reads mouse and keyboard. Returns true if a frame should be drawn: either input has arrived, or more than
   /// `most_seconds` have passed since the last frame.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Call ImGui between begin() and end(); end() shows the frame. `emergency_stop`: true if Esc and Space are the
-  /// keys of the emergency stop in this frame.
+  /// Begins a frame. Call ImGui's functions between begin() and end(); end() shows the frame. `emergency_stop`: true if
+  /// Esc and Space are the keys of the emergency stop in this frame.
   void begin(bool emergency_stop);
   void end();
 
-  /// Registers a picture for ImGui::Image in this frame. `shows`: a number that changes with the picture's content.
+  /// Registers a picture as a texture that ImGui::Image draws in this frame. `shows`: a number that changes whenever
+  /// the picture's content changes.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
-  /// Uploads a picture for several frames; the caller destroys it after wait_idle().
+  /// Uploads a picture that is shown in several frames. The caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
-  /// Creates a new device with a new window after the device was lost. Uploaded pictures are lost; destroy them before
-  /// the call.
+  /// Creates a new GPU device and a new window after the device was lost. Uploaded pictures are lost too, so destroy
+  /// them before this call.
   void recreate_device();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
-  /// Sets the text of the title bar, if it has changed.
+  /// Sets the text of the title bar if it differs from the present text.
   void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
@@ -86,7 +87,7 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // announced texts (announce_text()) that are not in the catalogue
+  std::string more_;  // characters that announce_text() added to those of the catalogue
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };

@@ -1,4 +1,4 @@
-// Runs a long task in its own thread while the window continues, with progress and result.
+// Runs a long task on its own thread while the window stays usable. Reports the task's progress and result.
 #pragma once
 
 #include <atomic>
@@ -29,14 +29,14 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// The exception that the work threw; null: none. Call this function after done().
+  /// The exception that the work threw; null if it threw none. Call it after done().
   std::exception_ptr failure() const { return failure_; }
 
  private:
   Progress progress_;
   std::exception_ptr failure_;
   std::atomic<bool> done_{false};
-  std::jthread thread_;  // declared last: it uses the other members and is joined first
+  std::jthread thread_;  // declared last, so that the thread is joined before the members that it uses are destroyed
 };
 
 }  // namespace typodont

@@ -7,11 +7,11 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// number of frames. ImGui moves the focus or opens a list one frame after the request; only then does a field accept
-// text, or a list accept arrows.
+// Number of frames that ImGui needs to move the focus or to open a list. Only after that, a field accepts text, or a
+// list accepts arrow keys.
 constexpr int kFocusFrames = 3;
 
-/// True if the key acts on the focused element.
+/// True if ImGui sends this key to the focused element.
 bool acts_on_focus(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }
@@ -41,7 +41,8 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      // if the state is the same, the event is a key repeat, which the pages handle themselves
+      // A repeated key event does not change the state. It is ignored here, because the pages handle key repeat
+      // themselves.
       if (down_[code] != key.down) {
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))

@@ -1,5 +1,5 @@
 // Passes keyboard input to the pages frame by frame. A page reads the state of the keys once per frame. On a busy
-// computer the user may press several keys between two frames; the queue stores all of them, in order. Main thread.
+// computer, the user may press several keys between two frames. The queue stores them all in order. Main thread.
 #pragma once
 
 #include <array>
@@ -17,9 +17,9 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// Returns the keys for one frame. Each key occurs at most once, and a pressed key comes with its Ctrl or Shift.
-  /// After a key that may move the focus, text, arrows, Enter and Esc wait until the focus has moved. If Esc and
-  /// Space are the emergency stop, they come before all other keys.
+  /// Returns the keys for one frame. Each key occurs at most once, together with its Ctrl or Shift. After a key that
+  /// may move the focus, text, arrows, Enter and Esc are kept for later frames until the focus has moved. If Esc and
+  /// Space are the keys of the emergency stop, they are returned before all other keys.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -35,7 +35,7 @@ std::vector<fs::path> json_files(const fs::path& folder) {
   return files;
 }
 
-/// Converts "molar-caries" to "Molar caries".
+/// Converts a file name to a title: "molar-caries" becomes "Molar caries".
 std::string title_of(std::string name) {
   std::replace(name.begin(), name.end(), '-', ' ');
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -103,7 +103,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    // pedals have no address; the mouse has its own entry
+    // skips a pedal, which has no address, and the mouse, which has an entry of its own
     if (d.address.empty() || d.address.starts_with("mouse:")) continue;
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
@@ -127,7 +127,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
           continue;
         }
       } catch (const Error&) {
-        continue;  // the file is from another version or incomplete, so it is not listed
+        continue;  // the file is incomplete or belongs to another version of the program, so it is not listed
       }
       const bool shipped = folder == assets_folder() / "rigs";
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
@@ -171,7 +171,8 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  // the file was left by an earlier session of this window; a file that was read cannot be overwritten
+  // This file was left by an earlier session of this window. It must be removed, because a file that was read cannot be
+  // overwritten.
   fs::remove(file, code);
   return file;
 }
@@ -200,7 +201,8 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  } catch (const Error&) {  // the file is from another version, or damaged, so the defaults of a first run are used
+    // the file is damaged or belongs to another version, so the defaults of a first run are used
+  } catch (const Error&) {
   }
   return r;
 }
@@ -214,7 +216,8 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-  } catch (const Error&) {  // a full or read-only disk must not cause an error at exit
+    // if the disk is full or read-only, the selection is not stored, and no error is reported at exit
+  } catch (const Error&) {
   }
 }
 

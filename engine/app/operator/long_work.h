@@ -1,4 +1,4 @@
-// Runs one long task at a time while the window continues. When the task is done, executes an action in the window's
+// Runs one long task at a time while the window stays usable. When the task is done, executes an action in the window's
 // thread. Main thread.
 #pragma once
 
@@ -14,14 +14,14 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread. If it succeeds, then runs `then` on this thread. First cancels a running task and
-  /// waits for its end.
+  /// Runs `work` on its own thread. After it has succeeded, runs `then` on this thread. If another task is running, it
+  /// is cancelled first.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();
   /// Cancels the task and waits for its end.
   void drop();
-  /// Updates the displayed progress. True if the task has just ended.
+  /// Updates the displayed progress. Returns true if the task has ended since the last call.
   bool look();
 
  private:

@@ -40,13 +40,13 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 60;        // s, time between frames while nothing happens
-constexpr Nanos kIdleWait = 25'000'000;  // ns, time between checks for changes that cause no desktop event
-constexpr Nanos kBriefWait = 4'000'000;  // ns; after a shorter wait for events, the loop pauses
-constexpr double kSessionFrame = 0.05;   // s, time between frames of this window during a session
+constexpr double kIdleFrame = 60;        // s, time between two frames while nothing happens
+constexpr Nanos kIdleWait = 25'000'000;  // ns, time between two checks for changes that the desktop does not report
+constexpr Nanos kBriefWait = 4'000'000;  // ns, threshold: if waiting for events took less time, the loop sleeps, too
+constexpr double kSessionFrame = 0.05;   // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
-/// Draws the pages frame by frame, and executes their requests between two frames.
+/// The program with a window. It draws the pages frame by frame, and executes their requests between two frames.
 class Operator {
  public:
   void run() {
@@ -67,7 +67,8 @@ class Operator {
   }
 
  private:
-  /// Called at the program's end, normal or not: ends the session properly and stores an author's unsaved work.
+  /// Called when the program ends, also after an error. Ends the session properly, and stores the unsaved work of an
+  /// author.
   void leave() noexcept {
     try {
       work_.drop();
@@ -79,7 +80,7 @@ class Operator {
     }
   }
 
-  /// One turn: reads the input, and draws a frame if something changed.
+  /// Runs one pass of the loop: reads the input, and draws a frame if something changed.
   void turn() {
     const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
     const bool due = window_.poll(moving() || s_.busy ? kSessionFrame : kIdleFrame);
@@ -87,7 +88,7 @@ class Operator {
       quit_ = true;
       return;
     }
-    // During a session or a long task, dropped files are ignored.
+    // Files that the user drops on the window are ignored during a session or a long task.
     const std::vector<std::string>& dropped = window_.input().dropped;
     if (!dropped.empty() && !desk_.running() && !s_.busy) {
       s_.dropped = dropped.size() == 1 ? dropped[0] : "";
@@ -103,19 +104,20 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      // limits the rate, because a mouse sends a thousand events per second
+      // limits the number of passes per second, because a mouse can send a thousand events per second
       if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
 
-  /// Work for an idle page: draws missing pictures of scenes, computes missing scores, and searches for devices.
+  /// Does background work while a page is idle: draws missing pictures of scenes, computes missing scores, and searches
+  /// for devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();
     return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
   }
 
-  /// Opens requested files, and reports files that could not be opened.
+  /// Opens the files that pages request, and reports files that could not be opened.
   bool look_at_started() {
     for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
     const auto failed = started_.look();
@@ -124,8 +126,8 @@ class Operator {
     return true;
   }
 
-  /// Creates all GPU objects again on a new device, while the session continues. If the device is lost again within
-  /// kReviveInterval, it counts as broken.
+  /// Creates all GPU objects again on a new device while the session continues. A device that is lost again within
+  /// kReviveInterval counts as broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
@@ -142,7 +144,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Text of the title bar: the page, and the trainee of the page's session.
+  /// Text of the title bar: the name of the page, and the trainee of the session that it shows.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -241,7 +243,7 @@ class Operator {
     }
   }
 
-  /// True if the request would discard an author's unsaved work.
+  /// True if the request would discard the unsaved work of an author.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
@@ -253,7 +255,8 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// Handles the answer to the question about unsaved work. The request that caused the question waits for this answer.
+  /// Handles the user's answer to the question about unsaved work. The request that led to the question waits for this
+  /// answer.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});
@@ -269,7 +272,7 @@ class Operator {
     if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
-  /// Executes requests that do not belong to a running session.
+  /// Executes a request that does not concern a running session.
   void carry_out(const Request& r) {
     switch (r.ask) {
       case Ask::kStart:
@@ -326,9 +329,9 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // a report about the recording may be in progress
+        work_.drop();  // stops a report about this recording that may be in progress
         fs::remove(s_.outcome.report);
-        // If the recording cannot be deleted, the user is told, and the path stays for another attempt.
+        // If the recording cannot be deleted, an error is shown, and its path is kept so that the user can try again.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
@@ -416,11 +419,12 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // requests to a session were handled before
+        break;  // requests to a session are handled elsewhere
     }
   }
 
-  /// `from`: a session or saved preparation to continue; empty: starts the selected scene.
+  /// Starts a session. `from`: a session or a saved preparation that is continued; empty: the selected scene is
+  /// started.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -428,7 +432,7 @@ class Operator {
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
     choices_.remember();
     work_.drop();
-    choices_.pictures().drop();  // the session needs the computer's full power
+    choices_.pictures().drop();  // stops drawing scene pictures, because the session needs all processors
     scores_.drop();
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
@@ -436,24 +440,25 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // the page that is shown if the session cannot begin
+    s_.page = before;  // the page to return to if the session cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
-    // A continued preparation keeps its contact model.
+    // A preparation that is continued keeps its contact model; otherwise the user's selection is used.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // The brush changes the distance field, so in an author's session the drill and the picture use the field, too.
+    // The author's brush changes the distance field. So in an author's session, the contact model and the picture must
+    // also use the distance field.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 
   void begin_experiment() {
     choices_.remember();
-    choices_.pictures().drop();  // the experiment's session needs the computer's power
+    choices_.pictures().drop();  // stops drawing scene pictures, because the experiment needs all processors
     scores_.drop();
     s_.say("");
     make_experiment(s_, work_);
   }
 
-  /// The scene of a recording. For a saved preparation: the scene that its file name contains.
+  /// Loads the scene of a recording. For a saved preparation, it is the scene that the file name contains.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -462,7 +467,7 @@ class Operator {
                 "the exercise in which it was made");
   }
 
-  /// True if the trainee's picture changed.
+  /// Runs one turn of the session. Returns true if the trainee's picture changed.
   bool step_session() {
     const SessionDesk::Turn turn = desk_.step();
     if (turn == SessionDesk::Turn::kOver) {
@@ -515,7 +520,7 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  BackgroundTask work_{s_};  // declared after the members that the work may use
+  BackgroundTask work_{s_};  // declared after the members that the work uses, so that it is destroyed before them
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
   Nanos revived_ = -kReviveInterval;
@@ -528,7 +533,8 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // the window was open, so the error did not occur at set-up
+    // an error after the window was opened is a failure of the run, not an error of the set-up
+  } catch (const Error& e) {
     throw RunFailure(e.what());
   }
 }

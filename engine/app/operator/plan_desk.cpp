@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // width and height of a section's picture
+constexpr int kPixels = 384;  // pixels, width and height of the picture of a section
 }
 
 void PlanDesk::open(BackgroundTask& work, int bone_class) {
@@ -67,7 +67,7 @@ void PlanDesk::follow() {
   form.plan.bed_diameter = procedure.bed_diameter;
   form.findings = planner_->findings(form.plan);
   destroy();
-  // While the user drags the implant, the section planes stay, so that the implant moves in the picture and not the
+  // The section planes are constant while the user drags the implant. So the implant moves in the picture, not the
   // bone.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
   for (const SectionPlane& plane : form.planes)

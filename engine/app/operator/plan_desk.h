@@ -19,16 +19,16 @@ class PlanDesk {
   PlanDesk(const PlanDesk&) = delete;
   PlanDesk& operator=(const PlanDesk&) = delete;
 
-  /// Shows the page and loads the jaw of the selected scene while the window continues. `bone_class`: index in
-  /// kBoneClasses, from 1; 0: the scene's bone.
+  /// Shows the page and loads the jaw of the selected scene in the background. `bone_class`: number of a class in
+  /// kBoneClasses, from 1; 0: the scene's own bone.
   void open(BackgroundTask& work, int bone_class = 0);
-  /// Evaluates and draws the plan if it changed. Call before drawing the page.
+  /// Evaluates and draws the plan again if it has changed. Call it before the page is drawn.
   void follow();
-  /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.
+  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();
   /// Frees the memory of the jaw.
   void close();
-  /// The jaw with its scene; null while it loads.
+  /// The jaw with its scene; null until it is loaded.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }
 
  private:

@@ -1,4 +1,5 @@
-// The page for planning an implant: three sections in which the implant is moved and tilted, its findings, and saving.
+// The page for planning an implant. The user moves and tilts the implant in three sections, reads the findings, and
+// saves the plan.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,20 +16,21 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kWheel = 0.25e-3;       // m, motion along the implant's axis for each step of the wheel
+constexpr double kWheel = 0.25e-3;       // m, motion along the implant's axis per step of the wheel
 constexpr double kLargestTilt = 60;      // degrees, limit of the tilt
-constexpr double kToothMargin = 1.5e-3;  // m, usual lower limit of the distance to a root
-constexpr std::size_t kLevel = 2;        // index of the section through the platform
+constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
+// index of the section that is perpendicular to the implant's axis, through its platform
+constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
-/// Position in the picture, as fractions from its top left corner.
+/// Converts a point in frame W to a position in the picture, as fractions of width and height from the top left corner.
 glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   const dvec3 from = p_W - plane.center_W;
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Handles the mouse over a section: dragging the apex tilts the implant, dragging elsewhere moves it, the wheel
-/// moves it along its axis.
+/// Handles the mouse over a section. Dragging the apex tilts the implant, dragging another point moves it, and the
+/// wheel moves it along its axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {
@@ -69,7 +71,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
                  [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
-/// Draws fields for three numbers in millimetres.
+/// Draws fields for the three coordinates of a point, in millimetres.
 bool edit_point(const char* id, dvec3& p_W) {
   std::array<double, 3> mm{p_W.x / kMillimetre, p_W.y / kMillimetre, p_W.z / kMillimetre};
   ImGui::SetNextItemWidth(-1);
@@ -80,7 +82,7 @@ bool edit_point(const char* id, dvec3& p_W) {
   return true;
 }
 
-/// Draws fields for the axis: its tilts towards x and y, in degrees from straight down.
+/// Draws fields for the tilts of the axis towards x and y, in degrees; 0 is straight down.
 bool edit_axis(dvec3& axis_W) {
   std::array<double, 2> tilt{std::atan2(axis_W.x, -axis_W.z) / kDegree, std::atan2(axis_W.y, -axis_W.z) / kDegree};
   ImGui::SetNextItemWidth(-1);
@@ -119,7 +121,8 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       }
     ImGui::EndCombo();
   }
-  if (form.bone_class > 0) {  // a class of synthetic bone loads the jaw again, with the scene's plan
+  // if the user selects a class of synthetic bone, the jaw is loaded again and the scene's plan is restored
+  if (form.bone_class > 0) {
     const auto title = [&](int i) {
       return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);
     };
@@ -161,7 +164,7 @@ void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
   const float height = body.y, side = std::max(0.3f * body.x, 20 * u);
   begin_column("sections", {body.x - side - gap.x, height});
   if (s.plan.ready) {
-    // Draws two large sections above and a smaller one below; each is square.
+    // Arranges three square sections: two large ones at the top, and a smaller one below.
     const float captions = 2 * (1.4f * u + gap.y) + gap.y;
     const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
     draw_section(s, w, 0, large);

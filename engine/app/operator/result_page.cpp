@@ -1,4 +1,4 @@
-// The page after a session: the score with an explanation of each item, the report, and a restart.
+// The page that is shown after a session: the score with an explanation of each item, the report, and a restart.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,7 +51,8 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       if (item.full > 0) {
         ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
-        const char* cross = s.outcome.score.missed(item) ? "✗ " : "";  // the sign is for colour-blind users
+        // this sign marks a missed item for colour-blind users
+        const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
         ImGui::TextUnformatted(
             fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
         ImGui::PopStyleColor();
@@ -64,7 +65,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws one rule: whether it counts, and its target, tolerance and weight.
+/// Draws the fields of one rule: whether it counts, its target, its tolerance and its weight.
 void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::TableNextRow();
   ImGui::PushID(rule.name.c_str());
@@ -95,7 +96,7 @@ void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::PopID();
 }
 
-/// Draws the form to save the instructor's work as an exercise.
+/// Draws the form with which an instructor saves the work as an exercise.
 void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   ExerciseForm& f = s.exercise;
@@ -171,7 +172,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const session::Score& score = s.outcome.score;
   if (scored) {
     ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    // Rounds down, so that the number does not reach a pass mark that was missed.
+    // Rounds down. Otherwise 69.6 points would be shown as 70, although they miss a pass mark of 70.
     ImGui::TextUnformatted(
         s.words("points_of", s.number(std::floor(score.points * 10) / 10, 1), s.number(score.full, 0)).c_str());
     ImGui::PopStyleColor();
@@ -189,7 +190,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
-  for (const double v : s.status.tissue.removed) removed += v;  // this sum excludes undone strokes
+  // the tissue counts do not include strokes that were undone
+  for (const double v : s.status.tissue.removed) removed += v;
   row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));
   row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
@@ -312,7 +314,7 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
                                      std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
-    // Draws three groups of keys: for all pages, for selection, for the work.
+    // Arranges the keys in three groups: for all pages, for the selection, for the work.
     std::vector<std::pair<std::string, const char*>> left, right;
     for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
     for (const auto& [name, help] : kWorking) right.emplace_back(name, help);

@@ -7,7 +7,7 @@ namespace typodont {
 render::Picture picture_of_result(const session::ReportOptions& report) {
   if (!report.result) return {};
   constexpr glm::ivec2 kPixels{560, 420};
-  constexpr glm::vec3 kGround(32, 32, 33);  // background colour of the panels
+  constexpr glm::vec3 kGround(32, 32, 33);  // sRGB, background colour of the panels
   const session::ModelView view =
       session::angled_view(report.preparation ? report.preparation->axis_W : dvec3(0, 0, 1));
   const bool compared = report.ideal.has_value();

@@ -1,4 +1,5 @@
-// The picture on the result page: the final surface from a fixed direction. Main thread except picture_of_result().
+// The picture on the result page. It shows the final surface from a fixed direction. Main thread except
+// picture_of_result().
 #pragma once
 
 #include <optional>
@@ -9,8 +10,8 @@
 
 namespace typodont {
 
-/// Draws the final surface with the CPU on the window's background colour. If there is an ideal, the picture shows
-/// the difference to it. The picture has no pixels if the surface is unknown. Any thread.
+/// Draws the final surface by software, on the background colour of the window. If there is an ideal, the picture shows
+/// the difference to the ideal. The picture is empty if the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -20,9 +21,9 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// Uploads the outcome's picture if it is new. Call before drawing.
+  /// Uploads the picture of the session's result if it is new. Call it before the page is drawn.
   void follow();
-  /// Frees the GPU memory, e.g. when the device is lost. The next follow() uploads the picture again.
+  /// Frees the GPU memory, for example after the GPU was lost. The next follow() uploads the picture again.
   void destroy();
 
  private:

@@ -14,7 +14,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // width and height of a section's picture
+constexpr int kPixels = 384;  // pixels, width and height of the picture of a section
 }
 
 void ScanDesk::open() {
@@ -79,7 +79,7 @@ void ScanDesk::begin_full(const LabelRequest& request) {
         options.progress = [&](double done) { progress.at(done); };
         try {
           result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // the review must know that these labels do not come
+        } catch (const Cancelled&) {  // the review must know that these labels will not be computed
         } catch (const Error& e) {
           result->failure = e.what();
         }

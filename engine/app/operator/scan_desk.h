@@ -1,5 +1,5 @@
-// A scan in the window before its import: reads the scan, computes the labels that the review requests, and draws its
-// sections. Main thread.
+// Shows a scan in the window before its import. Reads the scan, computes the labels that the review requests, and draws
+// its sections. Main thread.
 #pragma once
 
 #include <memory>
@@ -22,19 +22,20 @@ class ScanDesk {
   ScanDesk(const ScanDesk&) = delete;
   ScanDesk& operator=(const ScanDesk&) = delete;
 
-  /// Shows the page and reads the scan of OperatorState::import while the window continues. If the scan cannot be
-  /// read, the page of imports is shown with the reason.
+  /// Shows the page and reads the scan of OperatorState::import in the background. If the scan cannot be read, the
+  /// import page is shown with the reason.
   void open();
-  /// Takes computed labels and begins the computation of requested ones: coarse ones unnoticed, full ones as a task
-  /// with progress. True if something visible changed.
+  /// Receives labels that were computed, and starts the computation of labels that are requested. Coarse labels are
+  /// computed without notice to the user, full labels as a task with progress. Returns true if something visible
+  /// changed.
   bool look();
-  /// Draws the sections if they changed. Call before drawing the page.
+  /// Draws the sections again if they have changed. Call it before the page is drawn.
   void follow();
-  /// Makes an exercise of the region with its corrections, and selects the new scene.
+  /// Makes an exercise of the scan's region with the user's corrections, and selects the new scene.
   void import(Choices& choices);
-  /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.
+  /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();
-  /// Frees the scan.
+  /// Frees the memory of the scan.
   void close();
 
  private:
@@ -50,10 +51,10 @@ class ScanDesk {
     std::optional<haptics::Imported> labels;
   };
   std::shared_ptr<Computed> coarse_;
-  std::optional<LabelRequest> full_;  // the request that work_ computes
-  std::unique_ptr<Job> job_;          // computes coarse_
+  std::optional<LabelRequest> full_;  // the request for full labels that work_ computes at present
+  std::unique_ptr<Job> job_;          // computes coarse labels (the request `coarse_`)
   std::vector<gpu::Image> images_;
-  std::uint64_t drawn_ = 0;  // ScanReview::changes() of the pictures
+  std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn
 };
 
 }  // namespace typodont

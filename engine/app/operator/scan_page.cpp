@@ -1,5 +1,5 @@
-// The page of a scan before its import: three sections with the region's box and the labels, tools that correct the
-// labels, and the import.
+// The page that shows a scan before its import: three sections with the region's box and the labels, tools to correct
+// the labels, and the import.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +16,9 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kZoom = 1.15;  // change of the width for each step of the wheel
-constexpr float kGrip = 0.5f;   // text heights, distance at which the mouse takes an edge of the region
+constexpr double kZoom = 1.15;  // ratio by which one step of the wheel changes the shown width
+// in text heights: an edge of the region can be dragged if the mouse is nearer than this
+constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
 constexpr std::array kKinds{"op.kind_bone", "op.kind_tooth", "op.kind_metal", "op.kind_canal", "op.kind_nothing"};
@@ -27,7 +28,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Colour in which a tool shows what it makes.
+/// Colour in which the page shows the labels that a tool makes.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:
@@ -44,7 +45,7 @@ glm::dvec3 kind_color(haptics::LabelKind kind) {
   return {235, 235, 235};
 }
 
-/// A section on the screen.
+/// Position and plane of one section on the screen.
 struct View {
   const SectionPlane& plane;
   ImVec2 at;
@@ -56,11 +57,12 @@ struct View {
     return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
             at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
   }
-  double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }  // m
+  // converts pixels to m
+  double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };
 
-/// Applies the brush from the mouse's former position to the present one.
+/// Applies the brush along the line from the mouse's previous position to its present position.
 void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   haptics::LabelStroke stroke;
   stroke.kind = static_cast<haptics::LabelKind>(form.kind);
@@ -70,8 +72,8 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   form.review->correct(stroke, joins);
 }
 
-/// Handles the mouse over a section. Left: an edge of the region, the crosshair, or the tool. Right: the crosshair.
-/// Wheel: other slices; with Ctrl the width.
+/// Handles the mouse over a section. The left button drags an edge of the region or the crosshair, or uses the tool.
+/// The right button moves the crosshair. The wheel shows other slices; with Ctrl it changes the shown width.
 void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
@@ -121,7 +123,7 @@ void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip)
   }
 }
 
-/// Draws the region's box, the crosshair, the brush and the letters of the patient's sides.
+/// Draws the region's box, the crosshair, the brush, and the letters that name the patient's sides.
 void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered) {
   const ScanForm& form = s.scan;
   const ScanReview& review = *form.review;
@@ -130,7 +132,7 @@ void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered)
   draw->PushClipRect(view.at, end, true);
   draw->AddRect(view.screen(review.region().lo), view.screen(review.region().hi), ImGui::GetColorU32(kGood), 0, 0, 2);
   const ImVec2 cross = view.screen(review.crosshair());
-  constexpr float kGap = 6;  // pixels, so that the point itself stays visible
+  constexpr float kGap = 6;  // pixels, gap in the crosshair, so that the point itself stays visible
   const ImU32 line = ImGui::GetColorU32({kWarn.x, kWarn.y, kWarn.z, 0.6f});
   draw->AddLine({view.at.x, cross.y}, {cross.x - kGap, cross.y}, line);
   draw->AddLine({cross.x + kGap, cross.y}, {end.x, cross.y}, line);
@@ -161,7 +163,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
   });
 }
 
-/// Draws the fields of the region's walls, in mm from the scan's first voxel.
+/// Draws number fields for the faces of the region's box, in mm from the first voxel of the scan.
 void edit_region(ScanForm& form) {
   const dvec3 origin = form.review->scan()->lo();
   haptics::ImportRegion region = form.review->region();
@@ -250,7 +252,8 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   begin_panel("scan", s.text("op.scan"), size, w);
-  // The preset "arch" is missing here, because an intraoral scan is a mesh and opens another form.
+  // The preset "arch" is for an intraoral scan. It is not offered here, because an intraoral scan is a mesh and has a
+  // form of its own.
   constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};
@@ -313,7 +316,7 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
   const float height = body.y, side = std::max(0.28f * body.x, 20 * u);
   begin_column("sections", {body.x - side - gap.x, height});
   if (s.scan.review) {
-    // A large section beside two smaller ones; each is square.
+    // Arranges three square sections: a large one, and two smaller ones beside it.
     const float caption = 1.4f * u + gap.y, small = 0.5f * (height - 2 * caption - gap.y);
     const float large = std::min(height - caption, body.x - side - small - 3 * gap.x);
     const std::size_t first = s.scan.large, second = (first + 1) % kScanSections, third = (first + 2) % kScanSections;

@@ -1,5 +1,5 @@
-// The pictures of the exercises: files beside the scenes. Missing pictures are drawn one by one while the start page is
-// shown. Main thread.
+// The pictures of the exercises. They are files beside the scenes. Missing pictures are drawn one by one while the
+// start page is shown. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -20,14 +20,14 @@ class ScenePictures {
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Loads the pictures of the state's scenes, in the order of the scenes; an empty path means no picture.
+  /// Loads one picture per scene, in the order of the scenes. An empty path means that the scene has no picture.
   void load(const std::vector<std::filesystem::path>& files);
-  /// Frees the pictures' GPU memory, which must not be in use.
+  /// Frees the GPU memory of the pictures. The GPU must not be using them.
   void destroy();
-  /// Draws the next missing picture; the picture of the selected scene comes first. Returns true if a picture was
-  /// finished.
+  /// Draws the next missing picture in the background, starting with that of the selected scene. Returns true if a
+  /// picture was finished since the last call.
   bool look();
-  /// Stops drawing.
+  /// Cancels the drawing of pictures.
   void drop() { job_.reset(); }
 
  private:
@@ -37,8 +37,8 @@ class ScenePictures {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path drawn_;            // the scene whose picture is being drawn
-  std::set<std::filesystem::path> tried_;  // scenes for which drawing was already tried
+  std::filesystem::path drawn_;            // the scene whose picture is drawn at present
+  std::set<std::filesystem::path> tried_;  // scenes whose picture was already drawn or failed
 };
 
 }  // namespace typodont

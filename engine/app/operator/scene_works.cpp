@@ -52,7 +52,8 @@ bool is_mesh(const fs::path& file) {
   return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
 }
 
-/// Starts work that creates a scene. After the work, the new scene is found, selected and announced.
+/// Starts background work that creates a scene. After the work, the list of scenes is updated, and the new scene is
+/// selected and announced.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
@@ -61,7 +62,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
         try {
           *file = make(progress);
         } catch (const RuleRefused& refused) {
-          // the rule is named by its title on the page, because the user knows this title
+          // the message contains the title of the rule, because the page shows this title to the user
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -97,7 +98,7 @@ NewTooth tooth_of(const ImportForm& form) {
 void propose_name(OperatorState& s) {
   ImportForm& form = s.import;
   const fs::path file = form.file.data();
-  // The names of DICOM files and folders often contain names of patients.
+  // The name is not taken from the file, because names of DICOM files and folders often contain patients' names.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
   name.resize(std::min(name.size(), form.name.size() - 1));
@@ -149,7 +150,8 @@ void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {
             return import_tooth(tooth, progress);
           } catch (const Error& e) {
             if (tooth.as_scanned || !is_mesh(tooth.input)) throw;
-            throw Error(fmt::format("{}. {}", e.what(), hint));  // scans are rarely closed surfaces, so a hint is added
+            // the surface is not closed, as often in a scan, so the message contains a hint
+            throw Error(fmt::format("{}. {}", e.what(), hint));
           }
         });
 }
@@ -183,7 +185,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // Leaves out the form's mesh and rules, because an invalid entry must not discard the rest.
+  // The mesh and the rules of the form are not used, because an invalid entry would prevent saving the author's work.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

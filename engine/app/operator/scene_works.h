@@ -1,5 +1,5 @@
-// Creates the user's own exercises while the window continues: from a scan or mesh, or from the tissue that an author
-// painted and drilled. Main thread.
+// Creates the user's own exercises in the background: from a scan or mesh, or from the tissue that an author painted
+// and drilled. Main thread.
 #pragma once
 
 #include <memory>
@@ -12,27 +12,27 @@
 
 namespace typodont {
 
-/// Enters the file or folder that was dropped on the window into the import form, with a proposed name. True if it is a
-/// scan, which can be shown before its import.
+/// Enters a file or folder that the user dropped on the window into the import form, and proposes a name. Returns true
+/// if it is a scan, which can be shown before its import.
 bool take_dropped(OperatorState& s);
-/// If a mesh was dropped on the scan page: enters it into the form of the fusion, and returns true.
+/// If the user dropped a mesh on the scan page, enters it into the form of the fusion page and returns true.
 bool take_dropped_mesh(OperatorState& s);
-/// Enters a name for the exercise, from the file of the import form.
+/// Proposes a name for the exercise, made from the file name in the import form.
 void propose_name(OperatorState& s);
-/// The import that the form describes.
+/// Converts the import form to the arguments of import_tooth().
 NewTooth tooth_of(const ImportForm& form);
 
-/// Imports with the settings in OperatorState::import, and selects the new scene.
+/// Imports a tooth with the settings in OperatorState::import, and selects the new scene.
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
-/// Makes an exercise of a scan's region with its corrections, and selects the new scene.
+/// Makes an exercise of the scan's region with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
-/// Saves `authored` with the settings in OperatorState::exercise, and selects the new scene. `authored` must live until
-/// the work has ended.
+/// Saves the author's work with the settings in OperatorState::exercise, and selects the new scene. `authored` must
+/// exist until the work has ended.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves the plan in OperatorState::plan as an exercise, and selects the new scene on the start page.
 void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
-/// At the program's end: saves immediately, under a name that contains the exercise's name and the date, so that no
-/// file is replaced. Returns the file. Throws Error.
+/// Saves the author's work immediately when the program ends. The name contains the exercise's name and the date, so
+/// that no file is replaced. Returns the file. Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Controls below a session's picture: for recording, for undo, and for what the picture shows.
+// The controls below the picture of a session: for the recording, for undo, and for the content of the picture.
 #pragma once
 
 #include <string>
@@ -14,12 +14,12 @@ class Flow {
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // a label for the following buttons
+    bool lead = false;  // true: the entry is no button but a label for the buttons after it
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
   int lines(float width) const;
-  /// Index of the pressed button; −1: none.
+  /// Draws the buttons. Returns the index of the pressed button; −1 if none was pressed.
   int draw(float width) const;
 
  private:
@@ -27,14 +27,14 @@ class Flow {
   std::vector<Item> items_;
 };
 
-/// The controls of one frame.
+/// The controls below the picture, for one frame.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);
 
   float height() const;
   void draw();
-  /// True if there is a picture to control.
+  /// True if there is a picture that the controls can change.
   bool possible() const;
 
  private:
@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // the tissue that the button shows or hides; used if `flag` is null
+    Tissue tissue = Tissue::kAir;  // the tissue that this button shows or hides, if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

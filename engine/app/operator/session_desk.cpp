@@ -49,7 +49,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.monitor = rig.embedded ? -1 : s_.monitor;
   brush_down_ = false;
   scene_ = scene;
-  // Every session is recorded from its beginning, so that the user can decide at its end to keep the recording.
+  // Every session is recorded from its beginning. So the user can decide at the end to keep the recording.
   s_.keep = s_.record && !s_.author;
   recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
   written_ = s_.keep || s_.author ? recording_ : temporary_recording_file();
@@ -105,8 +105,8 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  // the wheel has been processed; without this line it would act again, because the page may not be drawn before the
-  // next step
+  // The motion of the wheel was used in this step. It is set to zero, because the page may not be drawn before the next
+  // step, and the motion would be used again.
   s_.live_input.wheel = 0;
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;
@@ -153,7 +153,7 @@ bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
 }
 
-/// Determines which views are available in this session.
+/// Finds out which views are available in this session.
 void SessionDesk::begin_views(const Scene& scene) {
   const LiveViews& views = *bench_->views();
   s_.look = {};
@@ -240,9 +240,10 @@ void SessionDesk::show_own_view(bool own) {
   ++s_.look_changes;
 }
 
-/// Paints with the tool's head: a ball where the brush begins, then a sweep along its motion.
+/// Paints with the tool's head. The stroke begins with a ball, and continues with the volume through which the head
+/// moves.
 void SessionDesk::paint() {
-  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // the pose of a broken device may not be finite
+  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // a broken device may give a pose that is not finite
     brush_down_ = false;
     return;
   }
@@ -275,8 +276,8 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
     }
   };
   try_to([&] { s_.outcome.summary = bench_->stop(); });
-  window_.wait_idle();  // the window may still be drawing the picture
-  if (s_.author) {      // even after a failure the tissue is complete
+  window_.wait_idle();  // the GPU may still be drawing the picture
+  if (s_.author) {      // also after a failure, the tissue is complete
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;
@@ -298,7 +299,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   return std::make_shared<const Unscored>(*scene_, std::move(*tissue), std::move(*hand));
 }
 
-/// Moves the recording to the trainee's folder, or deletes it.
+/// Moves the recording to the trainee's folder if the user keeps it, otherwise deletes it.
 void SessionDesk::keep_recording() {
   s_.outcome.recording.clear();
   if (!s_.recording) return;
@@ -309,7 +310,8 @@ void SessionDesk::keep_recording() {
   }
   if (written_ != recording_) {
     fs::rename(written_, recording_, code);
-    if (code) fs::copy_file(written_, recording_, code);  // renaming fails if the trainee's folder is on another disk
+    // copies the file if it cannot be renamed because the trainee's folder is on another disk
+    if (code) fs::copy_file(written_, recording_, code);
   }
   s_.outcome.recording = code ? written_ : recording_;
   if (code) s_.fail(fmt::format("{}: {} ({})", recording_.string(), code.message(), written_.string()));

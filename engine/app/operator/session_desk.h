@@ -1,4 +1,4 @@
-// The session in the operator's window. The object starts the session, shows its state, executes requests, ends the
+// The session that runs in the operator's window. Starts the session, shows its state, executes requests, ends the
 // session and stores its results. Main thread.
 #pragma once
 
@@ -16,15 +16,15 @@
 
 namespace typodont {
 
-/// Result of an authoring session: the data for an exercise.
+/// Result of a session in authoring mode: the data from which an exercise can be made.
 struct Authored {
   Scene scene;  // the scene that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // true: tissue was painted or drilled, but is not yet saved as an exercise
+  bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
 };
 
-/// Result of a session that is scored without a recording.
+/// Result of a session that has no recording and must be scored from this data.
 struct Unscored {
   Scene scene;
   haptics::TissueVolume tissue;
@@ -36,30 +36,30 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Starts a session. If this fails, throws the error, and no session runs.
+  /// Starts a session. If this fails, it throws the error, and no session runs.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// Executes one step. kChanged: the trainee's picture changed or the clock shows the next second; kOver: the
-  /// session must be ended.
+  /// Runs one step of the session. Returns kChanged if the trainee's picture changed or the clock shows the next
+  /// second, and kOver if the session must be ended.
   Turn step();
-  /// Valid after step(). True if, apart from the clock, nothing on the session's page has changed or will change
-  /// without input.
+  /// True if nothing on the session's page, except the clock, has changed or will change without input. Valid after
+  /// step().
   bool at_rest() const { return at_rest_; }
-  /// Ends the session and moves the recording to its final place. `why`: reason of an abnormal end. If the session
-  /// must be scored without a recording, returns its result. Returns null if there is a recording, or if there is
-  /// nothing to score (an author's session, or a session that failed).
+  /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally.
+  /// Returns the session's result if it must be scored without a recording. Returns null if there is a recording, or if
+  /// there is nothing to score (authoring mode, or a session that failed).
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// Executes a request that concerns a running session; returns false for any other request.
+  /// Executes a request that concerns a running session. Returns false for any other request.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
-  /// Result of the last session if it was an authoring session.
+  /// Result of the last session if it ran in authoring mode; otherwise null.
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Call this function before the window's device is destroyed. The session continues without a picture until a new
-  /// device exists.
+  /// Frees the picture. Call it before the window's GPU device is destroyed. The session continues without a picture
+  /// until there is a new device.
   void drop_picture();
   void make_picture();
 
@@ -80,10 +80,12 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      saved_;  // final path of the recording; its path during the session; path of the tissue
+      /// recording_: final path of the recording; written_: its path during the session; saved_: path of the saved
+      /// tissue
+      saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
-  Pose rests_at_;  // final pose of the tool
+  Pose rests_at_;  // pose of the tool at the end of the session
 };
 
 }  // namespace typodont

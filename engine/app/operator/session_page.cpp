@@ -1,4 +1,4 @@
-// The page of a running session for the instructor: the trainee's picture, tool and force, and the stop button.
+// The page that the instructor sees during a session: the trainee's picture, tool and force, and the stop button.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// Draws the state of the present phase of an implant exercise: problems, depth of the tool, bone temperature.
+/// Shows the present phase of an implant exercise: its problems, the depth of the tool, and the bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -69,7 +69,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws the score's items as bars, so that a low score is visible at a glance.
+/// Draws each item of the score as a bar, so that a low item is easy to find.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
@@ -83,11 +83,12 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // "…": the score does not include the latest cuts
+    // "…" means that the score does not yet include the latest cuts
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // fraction: with a lower completion, no item gets the colour of a good or bad score.
+    // threshold: while a smaller fraction of the task is completed, items are drawn without the colours for good and
+    // bad scores
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -123,7 +124,7 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Turns, shifts or zooms the free viewpoint by the mouse.
+/// Rotates, moves or zooms the free viewpoint with the mouse.
 void turn(OperatorState& s, bool hovered, bool active) {
   const ImGuiIO& io = ImGui::GetIO();
   Viewpoint v = s.viewpoint;
@@ -137,7 +138,7 @@ void turn(OperatorState& s, bool hovered, bool active) {
   s.viewpoint = clamped(v);
 }
 
-/// Turns, shifts or zooms the free viewpoint by keys.
+/// Rotates, moves or zooms the free viewpoint with keys.
 void turn_by_keys(OperatorState& s) {
   const ImGuiIO& io = ImGui::GetIO();
   if (!s.own_view || io.WantTextInput || io.KeyCtrl) return;
@@ -155,20 +156,20 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // while the pointer is outside the picture, the hand does not move
+      false;  // the pointer moves the hand only while it is over the picture
   s.live_input.wheel = 0;
-  // If this window draws the picture, the picture fills the available area; a picture of another window keeps its
-  // aspect ratio.
+  // A picture that this window draws fills the available area. A picture that another window draws keeps its aspect
+  // ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // Undoes the reflection of a mirror rig.
+    // The picture of a mirror rig is reflected. This matrix turns it back for the instructor.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
-    // Converts a corner of the picture, as the user sees it, to texture coordinates.
+    // Converts a corner of the upright picture to texture coordinates.
     const auto corner = [&](double x, double y) {
       const glm::dvec2 p = x * across + y * up;
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
@@ -201,7 +202,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Labels the picture and its mouse actions.
+  // Writes the name of the picture, and the actions of the mouse over it.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -268,8 +269,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws the controls of the instructor's brush, which paints at the tool's head while the button or P is pressed.
-/// Hardness applies only to the next strokes. Stiffness and colour apply to all tissue of the painted kind.
+/// Draws the controls of the instructor's brush. The brush paints at the tool's head while its button or P is pressed.
+/// The hardness applies only to the strokes that follow. Stiffness and colour apply to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -322,7 +323,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // Lists the present problems, or states that there are none.
+  // Lists the present problems, or writes that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

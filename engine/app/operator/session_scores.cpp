@@ -25,7 +25,7 @@ fs::path scores_folder() {
   return folder.empty() ? folder : folder / "scores";
 }
 
-/// The key of a score in the cache. It changes with the session's file and with the program that computes the score.
+/// The key under which a score is cached. It changes when the session's file or the program changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   std::error_code code;
   const auto size = fs::file_size(session, code);
@@ -56,7 +56,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // the file is from another version, so the score is computed again
+  } catch (const Error&) {  // a file of another version is ignored, so the score is computed again
     return std::nullopt;
   }
 }

@@ -1,5 +1,5 @@
-// Scores of recorded sessions for the list of sessions. The scores are cached between runs; missing scores are computed
-// one by one while the list is shown. Main thread.
+// The scores in the list of recorded sessions. Scores are cached between runs of the program. Missing scores are
+// computed one by one while the list is shown. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace typodont {
 
-/// The cached score for this file and this version of the program; empty if it must be computed.
+/// Returns the cached score of a session; empty if it must be computed because the file or the program has changed.
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
@@ -24,9 +24,10 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// Computes the next missing score; the newest session comes first. Returns true if a score was finished.
+  /// Computes the next missing score in the background, the newest session first. Returns true if a score was finished
+  /// since the last call.
   bool look();
-  /// Stops the computation.
+  /// Cancels the computation.
   void drop() { job_.reset(); }
 
  private:
@@ -34,8 +35,8 @@ class SessionScores {
 
   OperatorState& s_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path scored_;           // the session whose score is being computed
-  std::set<std::filesystem::path> tried_;  // sessions for which the computation was already started
+  std::filesystem::path scored_;           // the session whose score is computed at present
+  std::set<std::filesystem::path> tried_;  // sessions for which the computation of the score was already started
 };
 
 }  // namespace typodont

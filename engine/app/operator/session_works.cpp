@@ -21,11 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Content of the result page for a finished session.
+/// The data about a finished session that its result page shows.
 struct Made {
   session::Score score;
   render::Picture picture;
-  bool compared = false;  // the picture shows the difference to the ideal
+  bool compared = false;  // true: the picture shows the difference to the ideal
 };
 void show(OperatorState& s, Made& made) {
   s.outcome.score = made.score;

@@ -1,4 +1,4 @@
-// Creates reports, learning curves, films and surfaces from recorded sessions, while the window continues. Main thread.
+// Makes reports, learning curves, films and surfaces from recorded sessions in the background. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +11,22 @@
 
 namespace typodont {
 
-/// Lists the recorded sessions and saved preparations again, with the titles of their exercises in this language.
+/// Updates the list of recorded sessions and saved preparations. The titles of their exercises are in the window's
+/// language.
 void list_sessions(OperatorState& s);
 
-/// Writes the report of a recording beside the recording, and stores the result in the state's outcome. Calls `then`
-/// afterwards.
+/// Writes the report of a recording to a file beside it, and stores the result in the state's outcome. Then calls
+/// `then`.
 void make_report(OperatorState& s, BackgroundTask& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
-/// Computes the score of a session without a recording, and stores it in the state's outcome.
+/// Computes the score of a session that has no recording, and stores it in the state's outcome.
 void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Unscored> of);
-/// Shows the report in the browser; creates it first if necessary.
+/// Shows the report in the browser. Creates the report first if it does not exist.
 void show_report(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// Writes and shows the learning curve for all sessions in the folder of this session.
+/// Writes the learning curve of all sessions in the folder of this session, and shows it in the browser.
 void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
-/// Writes the final tissue as a surface in the format OperatorState::mesh_format.
+/// Writes the final tissue as a surface file in the format of OperatorState::mesh_format.
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 
 }  // namespace typodont

@@ -1,4 +1,5 @@
-// The keyboard shortcuts that several pages of the window use. Each key has one meaning, and each action has one key.
+// The keyboard shortcuts that several pages of the window have in common. Each key has one meaning, and each action has
+// one key.
 #pragma once
 
 #include <array>
@@ -12,9 +13,9 @@ namespace typodont {
 struct Shortcut {
   int code = 0;  // key code of display::keys
   bool control = false;
-  std::string_view name;      // text for buttons and for the list of keys
-  std::string_view help;      // key in the text catalogue
-  std::array<Ask, 2> does{};  // requests that are the same action for the user
+  std::string_view name;      // text on buttons and in the list of keys
+  std::string_view help;      // key of the explanation in the text catalogue
+  std::array<Ask, 2> does{};  // requests that the key triggers; the user sees them as one action
 };
 
 inline constexpr std::array kShortcuts = {
@@ -38,7 +39,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// The shortcut of a request. A request without a shortcut is a compile-time error.
+/// Returns the shortcut of a request. It is a compile-time error if the request has no shortcut.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

@@ -9,10 +9,12 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTouch = 500'000'000;  // ns, total contact time after which the tool counts as having touched
+// ns, threshold: a step with the action "touch" is done after this total time in contact
+constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-constexpr double kMoved = 10 * kMillimetre;  // m, length of the hand's path after which the tool counts as moved
-// m, limit of the step between two ticks; a larger step is a jump of the input and is ignored
+// m, threshold: a step with the action "move" is done after a path of this length
+constexpr double kMoved = 10 * kMillimetre;
+// m, threshold of the motion between two ticks; a larger motion is an error of the input, and is ignored
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

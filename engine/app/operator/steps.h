@@ -1,5 +1,5 @@
-// The steps of a task, in order. A click completes a step. If the task names an action for the step ("done", see
-// session::kStepActions), this action of the user completes it instead. Main thread.
+// The steps of a task, in order. The user completes a step by a click. If the task names an action for the step
+// ("done", see session::kStepActions), the user completes the step by this action instead. Main thread.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -8,11 +8,12 @@
 
 namespace typodont {
 
-/// The part of a session's state on which steps depend.
+/// The part of a session's state that can complete a step.
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
-  int undone = 0, redone = 0, views = 0;  // numbers of undos, redos and changes of the view since the session's start
+  /// number of undos, of redos and of changes of the view since the session's start
+  int undone = 0, redone = 0, views = 0;
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise
 };
@@ -23,25 +24,26 @@ class StepWatcher {
   explicit StepWatcher(const session::Task& task) : task_(task) {}
 
   int count() const { return static_cast<int>(task_.steps.size()); }
-  /// Index of the first step that is not done; count() if all are done.
+  /// Index of the first step that is not done; equal to count() if all steps are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// True if the current step waits for an action instead of a click.
+  /// True if an action completes the current step; false if a click completes it.
   bool waits() const;
 
-  /// Evaluates the actions since the current step began. Returns true if the step is now completed.
+  /// Checks the user's actions since the current step began. Returns true if they have now completed the step.
   bool follow(const StepActions& now);
-  /// Completes the current step, or reopens the last one, by a click.
+  /// Completes the current step by a click of the user. back() marks the last completed step as not done.
   void next();
   void back();
 
  private:
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the values at the start of the current step are stored
+  bool begun_ = false;  // true: the state at the start of the current step is stored
   StepActions start_;
-  Nanos touched_ = 0, last_t_ = 0;  // ns, contact time in this step; time of the last tick
-  double path_ = 0;                 // m, length of the hand's path in this step
+  /// touched_: ns, contact time in the current step; last_t_: ns, time of the last tick
+  Nanos touched_ = 0, last_t_ = 0;
+  double path_ = 0;  // m, length of the hand's path in the current step
   dvec3 last_p_{0};
 };
 

@@ -23,7 +23,7 @@ void end_page() {
 }
 
 namespace {
-// heights of a titled page's parts, as multiples of the text height
+// heights as ratios to the text height: of the message line, and of the lowest row with the buttons
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 
@@ -112,7 +112,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  std::size_t fits = 0, words = 0;  // number of bytes that fit, and number of bytes in whole words
+  // number of bytes that fit into the line, and number of bytes if only whole words are counted
+  std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
     while (next < text.size() && (static_cast<unsigned char>(text[next]) & 0xc0) == 0x80) ++next;
@@ -121,8 +122,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Chinese has no spaces, and a single long word must not disappear; in both cases the text is cut between
-  // characters.
+  // If the last whole word ends too early, the text is cut between two characters. This is necessary for Chinese, which
+  // has no spaces, and for long words.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
@@ -138,7 +139,7 @@ void one_line(const std::string& text, float room) {
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
-  // The value is always shown completely; a name that is too long is shortened.
+  // Only the name is shortened if the row is too narrow. The value is always shown completely.
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
@@ -189,7 +190,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These actions would end the running task, so they are disabled during a task.
+  // These actions would end a running task, so they are not available during a task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);

@@ -9,16 +9,18 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a cavity
-constexpr double kFilm = 3e-4;        // m, spacing of the field with a film: a cavity is several cells wide
-constexpr double kFilmShown = 0.05;   // s, interval between updates of the film's picture
-constexpr double kCutSteps = 0.1e-3;  // m, motion of the head after which the field is cut again
-constexpr double kPressed = 0.05;     // pedal value, 0..1, from which the handpiece sprays
+// m, grid spacing of the distance field from which chips bounce off; they need no fine detail of a cavity
+constexpr double kCoarse = 4e-4;
+// m, grid spacing of the distance field on which the film flows; a cavity must be several cells wide
+constexpr double kFilm = 3e-4;
+constexpr double kFilmShown = 0.05;   // s, time between two updates of the picture of the film
+constexpr double kCutSteps = 0.1e-3;  // m, after each motion of this length, the head's cut is applied to the field
+constexpr double kPressed = 0.05;     // threshold of the pedal's position, 0..1; above it, the handpiece sprays
 constexpr float kLeastShown =
-    3e-5f;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
+    3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
-constexpr int kLumps = 8;            // number of cuts whose chips are created together with software rendering
+constexpr int kLumps = 8;            // number of cuts whose chips are created together if the CPU draws the pictures
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace
@@ -32,7 +34,7 @@ DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& 
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
     : materials_(materials) {
-  // Takes every n-th sample of the volume, so that no interpolation is needed.
+  // Every n-th sample of the volume is a sample of the coarse field, so no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -63,8 +65,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering, a chip takes as much time to draw as some triangles of the tooth. Therefore fewer chips
-  // are created, each with more mass.
+  // With software rendering, drawing a chip takes as long as drawing some triangles of the tooth. So fewer chips are
+  // created, each with more mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
@@ -135,7 +137,7 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
   while (wiring.pieces_to_debris.pop(piece)) add(piece);
 }
 
-/// Cuts the coarse field, so that water flows into the cavity.
+/// Applies a cut to the coarse field, so that water flows into the cavity.
 void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
   Water& water = *water_;
   if (water.tool != cut.tool) {
@@ -244,9 +246,9 @@ std::span<const render::Particle> DebrisView::particles() {
 }
 
 void DebrisView::add_droplets() {
-  constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, water in the light of the lamp
+  constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, colour of water in the light of the lamp
   constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
-  constexpr float kThin = 0.5f;  // ratio of the width of a droplet's streak to its diameter
+  constexpr float kThin = 0.5f;  // ratio: width of a moving droplet's streak to the droplet's diameter
   droplets_.resize(water_->spray.alive());
   const std::size_t count = water_->spray.write_points(droplets_);
   for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {

@@ -1,5 +1,5 @@
-// Chips, water and slurry in the picture: cuts create chips, which bounce off a coarse copy of the tissue; a handpiece
-// with spray wets it. Render thread.
+// Chips, water and slurry in the picture. Cuts create chips, which bounce off a coarse copy of the tissue. The spray of
+// a handpiece wets the tissue. Render thread.
 #pragma once
 
 #include <optional>
@@ -22,67 +22,69 @@
 
 namespace typodont {
 
-/// Parameters of the particles' motion for the GPU version.
+/// Returns the parameters of the particles' motion in the form that the GPU needs.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
-/// The water of a session. Without nozzles, water and film do not exist and take no time.
+/// The water of a session. If there are no nozzles, water and film are not computed.
 struct WaterPlan {
   std::optional<Nozzles> nozzles;
-  bool on = false;  // initial state of the spray
+  bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // the tooth is inside the gum at points p_W with dot(drain, (p_W, 1)) < 0, where the film ends; zero: at no
-      // point
+      // The plane at which the film ends, because below it the tooth is inside the gum: the film exists at points p_W
+      // with dot(drain, (p_W, 1)) >= 0. Zero: the film ends nowhere.
       0};
 };
 
-/// The water of a scene. `around`: the scene's surroundings.
+/// Returns the water of a scene. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
-/// Balance of chips, droplets and film in kg. Entries that are known only on the GPU are NaN.
+/// Mass balance of chips, droplets and film, kg. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
-  std::optional<debris::SprayLedger> spray;  // a value only if there are nozzles
+  std::optional<debris::SprayLedger> spray;  // empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
 };
 
-/// If there is a GPU, it moves the chips, so that they take no CPU time. With software rendering the CPU moves them
-/// directly, which is several times faster than compute shaders on the CPU. With nozzles the CPU always moves them,
-/// because they become part of the film.
+/// Creates and moves chips and water, and makes their picture. If there is a GPU, the GPU moves the chips. With
+/// software rendering, the CPU moves them directly, which is several times faster than compute shaders on the CPU. If
+/// there are nozzles, the CPU always moves the chips, because they become part of the film.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
   DebrisView(const DebrisView&) = delete;
   DebrisView& operator=(const DebrisView&) = delete;
-  /// Sets the device that draws the particles; null: no device, for example before its destruction. Existing particles
-  /// are lost.
+  /// Sets the GPU device that draws the particles. Existing particles are lost. Null: there is no device, for example
+  /// because it is about to be destroyed.
   void use(gpu::Device* device);
 
   void add(const Cut& cut, const haptics::Tool& tool);
-  /// Breaks a loose piece into chips at its position.
+  /// Replaces a loose piece of tissue by chips at its position.
   void add(const LoosePiece& piece);
-  /// Creates the chips of all cuts in a live session since the last call. `tray`: the tool set to which the cuts refer.
+  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; the
+  /// cuts contain indices in it.
   void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
-  /// Sets the suction nozzle; empty: the suction is off.
+  /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
-  /// Sets the bur of the next step, which sprays while the pedal is pressed and throws off the film that it touches.
+  /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
+  /// film that it touches.
   void hold(const ServoTick& tick, const haptics::Tool& tool);
-  /// Switches the water on or off; does nothing without nozzles.
+  /// Switches the water on or off. Has no effect without nozzles.
   void spray(bool on) { spraying_ = on && water_; }
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// The film for PictureStage::show_film; null without nozzles.
+  /// The picture of the film for PictureStage::show_film; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
-  /// Adds to `work` the work since the last call.
+  /// Adds to `work` the counts since the last call.
   void count(WorkCounts& work);
-  /// The particles on the GPU, for render::Frame; null: particles() contains all particles.
+  /// The particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns them.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
-  /// The particles in the renderer's format; valid until the next call.
+  /// The particles in the renderer's format. The span is valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// Call at the end. Creates the chips of the waiting cuts, and returns the balance of mass. Entries that only the
-  /// GPU has computed are NaN.
+  /// Creates the chips of the waiting cuts and returns the mass balance. Call it at the end of the session. Masses that
+  /// only the GPU knows are NaN.
   DebrisBalance settle();
 
  private:
@@ -92,14 +94,15 @@ class DebrisView {
     debris::Spray spray;
     FilmPicture picture;
     debris::SpraySource source;
-    bool bur = false;        // true if `source` is set
-    double since_shown = 0;  // s, time since the picture was updated
-    // Pose of the head at the last cut that the field does not contain yet, and pose at which the field was cut last.
+    bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
+    double since_shown = 0;  // s, time since the film's picture was last updated
+    // uncut: pose of the head at the last cut, if the cut is not yet applied to the field; cut_at: pose of the head at
+    // the last cut that was applied
     std::optional<Pose> uncut, cut_at;
-    std::optional<std::uint32_t> tool;  // index of the tool to which `head` and `reach` belong
+    std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // work that was already counted
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counts at the last call of count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();
@@ -111,12 +114,13 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  int batch_size_ = 1, batched_ = 0;  // number of cuts whose chips are created together, and number of waiting cuts
-  PerTissue batch_removed_{};         // m³, removed by the waiting cuts
-  Cut last_;                          // the last waiting cut, and the radius of its tool in m
+  /// number of cuts whose chips are created together, and number of cuts that wait now
+  int batch_size_ = 1, batched_ = 0;
+  PerTissue batch_removed_{};  // m³, volume that the waiting cuts removed
+  Cut last_;                   // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
-  PerTissue given_{};         // kg, mass passed to the GPU
-  double given_dropped_ = 0;  // kg, mass that the GPU dropped
+  PerTissue given_{};         // kg, mass of chips that were passed to the GPU
+  double given_dropped_ = 0;  // kg, mass of the chips that did not fit into the GPU's buffer
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;

@@ -5,8 +5,9 @@
 namespace typodont {
 
 namespace {
-constexpr float kStep = 1.3f;  // ratio between tolerances above which a new mesh is worthwhile
-}
+// threshold: the tooth is meshed again if the ratio between new and old tolerance is larger
+constexpr float kStep = 1.3f;
+}  // namespace
 
 double screen_pixel(const display::DisplayRig& rig) {
   const display::Screen& screen = rig.screen;

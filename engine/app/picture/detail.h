@@ -1,5 +1,5 @@
-// Level of detail: the mesh tolerance follows the size of a pixel on the tissue, so that details below a pixel are not
-// meshed.
+// Level of detail of the tooth's mesh. The tolerance of the mesh follows the size of a pixel on the tissue, so that
+// details smaller than a pixel are not meshed.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -7,27 +7,27 @@
 
 namespace typodont {
 
-/// Size in m of a pixel of an eye's picture in the plane of this rig's screen.
+/// Width of a pixel of an eye's picture on this rig's screen, m.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// Tolerance in voxels for a pixel of the given size (m), limited so that shapes are preserved.
+/// Tolerance of the mesh in voxels if a pixel has the width `pixel` (m). An upper limit preserves the shapes.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// surface_tolerance() for a pixel in the plane of this rig's screen. It is used before the first picture.
+/// Tolerance of the mesh in voxels, computed from the pixels of this rig's screen. It is used before the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
-/// Adapts the tolerance to the pixel size after each frame, in steps, so that small head motions change nothing.
-/// Drawing thread.
+/// Adapts the tolerance to the pixel size after each frame. The tolerance changes in steps, so that a small head motion
+/// changes nothing. Drawing thread.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
-  /// `pixel`: render::FrameStats::pixel, 0 if unknown. Returns true if the tolerance changed.
+  /// `pixel`: m, value of render::FrameStats::pixel; 0 if it is unknown. Returns true if the tolerance changed.
   bool follow(double pixel, const render::Quality& quality);
   float tolerance() const { return tolerance_; }  // voxels
 
  private:
   float tolerance_;
-  double voxel_;  // m
+  double voxel_;  // m, voxel size
 };
 
 }  // namespace typodont

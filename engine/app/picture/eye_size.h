@@ -1,4 +1,4 @@
-// Overrides the size of one eye's picture in the rig.
+// Replaces the picture size of one eye that the rig states.
 #pragma once
 
 #include <string>
@@ -7,10 +7,11 @@
 
 namespace typodont {
 
-/// Parses "WIDTHxHEIGHT" of the option --size: pixels of one eye's picture. Throws Error.
+/// Parses the value "WIDTHxHEIGHT" of the option --size: the size of one eye's picture in pixels. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// Sets the rig's size of one eye's picture. `eye`: pixels; the panel's pixels follow from the layout.
+/// Sets the size of one eye's picture (`eye`, pixels) in the rig. The size of the panel is computed from it and the
+/// layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

@@ -9,11 +9,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kWaterDepth = 80e-6;  // m, height of water at which 63 % of its effect is reached; as in film.glsl
-// m, height of solids that hides 63 % of the surface: the grains of 5 to 10 µm hide an area equal to their
-// cross-section.
+// m, height of water that has 63 % of the full effect; it must equal the value in film.glsl
+constexpr double kWaterDepth = 80e-6;
+// m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide an area equal to their cross-section
 constexpr double kSolidsDepth = 4e-6;
-constexpr int kVisible = 10;  // smallest visible change of a texel, of 255; smaller changes are not drawn
+// threshold of the change of a texel, of 255; a smaller change is not visible and not drawn
+constexpr int kVisible = 10;
 
 std::uint8_t byte(double fraction) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(fraction, 0.0, 1.0)));
@@ -37,7 +38,8 @@ render::FilmTexel texel_of(const debris::FilmCell& cell) {
           .blood = byte(solids > 0 ? blood / solids : 0)};
 }
 
-/// True if the difference is visible. The colour of the solids counts only as far as they cover the surface.
+/// True if two texels look different. The colours of the solids are compared only as far as the solids cover the
+/// surface.
 bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
   const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
   const int cover = std::max(a.cover, b.cover);
@@ -83,8 +85,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes a sample. If it has no cell, it gets the mean of its neighbours with a cell, so that the interpolated film
-/// does not fade beside the surface.
+/// Writes the texel of a sample. A sample without a film cell gets the mean of its neighbours with a cell. Otherwise
+/// the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -1,4 +1,4 @@
-// The film of water and slurry as texels for the renderer. Drawing thread.
+// Converts the film of water and slurry to texels for the renderer. Drawing thread.
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,27 @@ namespace typodont {
 
 class FilmPicture {
  public:
-  /// `field`: the film's grid.
+  /// `field`: distance field with the grid of the film.
   explicit FilmPicture(const debris::CoarseField& field);
 
-  /// Encodes the cells that changed visibly since the last call.
+  /// Updates the texels of the cells that have changed visibly since the last call.
   void update(debris::Film& film);
 
   const render::FilmGrid& grid() const { return grid_; }
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// State of the film that a renderer has received.
+  /// Marks what a renderer has already received: the version of the film.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;
   };
-  /// Updates a renderer; null: no film.
+  /// Sends the changes of the film to a renderer. `picture`: null if there is no film.
   static void show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown);
 
  private:
-  static constexpr int kBlock = 8;  // number of samples per side of a block; changes are counted per block
+  /// side of a block in samples; changes are sent to the renderer block by block
+  static constexpr int kBlock = 8;
 
   std::size_t index(const glm::ivec3& s) const {
     return (static_cast<std::size_t>(s.x) * static_cast<std::size_t>(grid_.size.y) + static_cast<std::size_t>(s.y)) *
@@ -41,12 +42,12 @@ class FilmPicture {
 
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
-  std::vector<render::FilmTexel> own_;  // texels of the cells
-  // texels for the renderer; around the cells, they are the mean of the nearest cells
+  std::vector<render::FilmTexel> own_;  // texels of the film's cells
+  // Texels for the renderer. A texel beside the cells is the mean of the nearest cells.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;
-  std::vector<std::uint64_t> block_version_;  // version at which each block changed last
+  std::vector<std::uint64_t> block_version_;  // version of the film at the last change of each block
   std::uint64_t version_ = 0, texels_written_ = 0;
 };
 

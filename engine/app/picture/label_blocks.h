@@ -1,5 +1,5 @@
-// Tissue labels around pieces of surface, in blocks that are read from the carver's volume only once. Each block stores
-// whether it contains more than one tissue. Carver's thread.
+// Tissue labels near the surface, in blocks. Each block is read from the carver's volume only once, and stores whether
+// it contains more than one tissue. Carver's thread.
 #pragma once
 
 #include <array>
@@ -20,14 +20,14 @@ class LabelBlocks {
   void forget();
   /// Loads the blocks that contain the voxels from low to high.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Origin of the coordinates of at(), in voxels: within the loaded range these coordinates are positive.
+  /// Origin of the coordinates that at() expects, in voxels. Within the loaded blocks, these coordinates are positive.
   const glm::ivec3& origin() const { return origin_; }
   Tissue at(const glm::ivec3& i) const {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
     return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
         in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// The only tissue besides air in all loaded blocks; air if there are several or none.
+  /// The tissue that all loaded blocks contain besides air. Air if they contain several tissues, or only air.
   Tissue only() const { return only_; }
 
  private:
@@ -35,14 +35,15 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    Tissue only;  // the only tissue besides air in this block; air if there are several or none
-    bool empty;   // contains only air
+    Tissue only;  // the tissue that this block contains besides air; air if it contains several tissues, or only air
+    bool empty;   // true: the block contains only air
   };
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  std::vector<std::unique_ptr<Block>> blocks_;  // blocks of labels; the first `used_` are valid
+  /// blocks of labels; only the first `used_` are valid, the others are kept for later
+  std::vector<std::unique_ptr<Block>> blocks_;
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
   std::vector<const Labels*> around_;

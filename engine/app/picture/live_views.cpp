@@ -18,13 +18,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;  // ns, time per turn for passing bricks to pictures
+constexpr Nanos kGiveFor = 4'000'000;  // ns, limit of the time that a turn may spend on passing bricks to the pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns, time between copies, because making a copy blocks the carver for some milliseconds
+// ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
-constexpr int kNice = 5;  // niceness; the thread's priority is lower than the priorities of servo and picture
-constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences
-constexpr std::size_t kMostUnexplored = 600'000;  // limit of the waiting ticks: ten minutes
+constexpr int kNice = 5;  // niceness of the thread; servo and picture have a higher priority
+// m, limit of the distance from the ideal up to which differences are computed
+constexpr double kDifferenceReach = 3e-3;
+constexpr std::size_t kMostUnexplored = 600'000;  // limit of the number of ticks that wait for evaluation: ten minutes
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -101,7 +102,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies the part of the look that does not need the thread's result.
+/// Applies the parts of a look that can be shown without a result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -119,7 +120,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // shows the bricks that the gum had covered
+    if (!p.replaced) all_again(p);  // shows the bricks again that were hidden by the gum
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -198,7 +199,8 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    if (!p.stage || !(m.wish == p.wish)) continue;  // the requested look has changed in the meantime
+    // the requested look has changed since the computation began, so the result is not used
+    if (!p.stage || !(m.wish == p.wish)) continue;
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
       if (body.mesh != render::kWorkingTooth) continue;
@@ -227,7 +229,7 @@ std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveView
   return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
-/// Requests a copy of the present tissue. Returns null if the session ends first.
+/// Requests a copy of the present tissue from the carver and waits for it. Returns null if the session ends first.
 std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
   wiring_.copy_wanted = true;
   while (true) {
@@ -258,13 +260,14 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  std::array<Wish, 2> shown;                                   // the look that was computed last
-  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue for which `shown` was computed
+  std::array<Wish, 2> shown;                                   // for each picture, the look that was computed last
+  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue when `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
   bool ideal_made = false;
-  std::optional<SurroundingsShape> surroundings;  // created at the first section, because it takes time and memory
+  // created when the first section is requested, because this takes time and memory
+  std::optional<SurroundingsShape> surroundings;
   while (true) {
     std::array<Wish, 2> wishes;
     {
@@ -309,7 +312,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    // the tooth is computed before its surroundings, because its result is more important
+    // The surroundings are computed after the tooth, because the tooth is more important.
     for (std::size_t i = 0; i < 2; ++i) {
       if (!around[i]) continue;
       try {
@@ -345,7 +348,7 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result. Replaces an older result for the same picture that was not used yet.
+/// Stores a result for the drawing thread. If an older result for the same picture is still waiting, it is replaced.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

@@ -1,7 +1,7 @@
-// Everything that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal,
-// score so far. A separate thread computes these data from copies that the carver makes, so that the hand never
-// waits. The bricks drawn so far are stored, so that a picture can be added or can change its look at any time. If
-// the score is shown, the thread starts at once; otherwise it starts with the first look that needs it.
+// Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the
+// ideal. Also the score so far. A separate thread computes these data from copies that the carver makes, so that the
+// hand never waits. All bricks that were drawn are stored, so that a picture can be added or changed at any time. The
+// thread starts immediately if the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -23,13 +23,13 @@
 
 namespace typodont {
 
-/// The two possible pictures of a session.
+/// The two pictures that a session can have: the trainee's picture, and a picture from a free viewpoint.
 enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: if true, the score so far
-  /// is computed, too.
+  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score so far is
+  /// also computed.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
   /// Waits until the thread has finished its present work.
@@ -37,45 +37,45 @@ class LiveViews {
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // For the drawing thread.
-  /// Sets the stage of a picture; null removes the picture.
+  // The next functions are called by the drawing thread. attach() sets the stage that draws a picture; null removes the
+  // picture.
   void attach(Eyes eyes, PictureStage* stage);
-  /// Takes the carver's changed bricks.
+  /// Receives the bricks that the carver has changed.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Call once per turn. Passes new data to the pictures, for a few milliseconds. Returns true if a picture received
-  /// data.
+  /// Passes new data to the pictures, for at most a few milliseconds. Call it once per turn. Returns true if a picture
+  /// received data.
   bool advance();
-  /// True while a look is still being computed.
+  /// True while the computing thread works for this picture.
   bool making(Eyes eyes) const;
-  /// True if the computing thread is running.
+  /// True if the computing thread has been started.
   bool started() const { return thread_.joinable(); }
 
-  /// tissues(): one bit for each tissue in the scene. middle(): the middle of the tooth, m, W.
+  /// tissues(): the tissues in the scene, one bit for each. middle(): m, frame W, middle of the tooth.
   std::uint32_t tissues() const { return tissues_; }
   bool has_ideal() const { return scene_.task && scene_.task->ideal; }
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Result of the last evaluation of the geometry; empty before the first one. The caller sets its member `hand`.
+  /// Result of the last evaluation of the tissue; empty before the first one. Its member `hand` is set by the caller.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
   /// True after the first evaluation, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
   /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
-  /// Processes a tick of an exploration task.
+  /// Adds a tick to the evaluation of an exploration task.
   void explore(const ServoTick& tick);
-  /// Returns the exploration's result, and the ticks that no meter has processed. Call it after the session.
+  /// Returns the result of the exploration, and the ticks that are not yet evaluated. Call it after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    int stage = 0;  // number of the picture's stage; it changes when the picture gets a new stage
+    int stage = 0;  // number of the stage that draws this picture; it increases when the picture gets a new stage
     bool operator==(const Wish&) const = default;
-    /// True if the look needs bodies in addition to the surface's own bricks.
+    /// True if the look shows bodies besides the bricks of the tooth's surface.
     bool needs_bodies() const;
   };
   struct Body {
@@ -90,11 +90,11 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    Wish wish;              // the look requested from the thread
-    bool made = true;       // true if the thread has answered the request
-    int stages = 0;         // number of stages that the picture has had
-    bool replaced = false;  // true if the tooth's own bricks are hidden, because another body replaces them
-    std::vector<std::uint64_t> pending;  // bricks that must still be passed to the picture
+    Wish wish;                           // the look that was requested from the computing thread
+    bool made = true;                    // true: the computing thread has answered the request
+    int stages = 0;                      // number of stages that have drawn the picture so far
+    bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
+    std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }
   void all_again(Picture& picture);
@@ -113,17 +113,17 @@ class LiveViews {
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
-  // Members used only by the drawing thread.
+  // The next members are used only by the drawing thread.
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
-  std::uint64_t judged_version_ = 0;  // version of the tissue for `judged_`
+  std::uint64_t judged_version_ = 0;  // version of the tissue for which `judged_` was computed
   bool judging_;
   std::shared_ptr<const ToothField> ideal_;
   std::optional<session::ExploreMeter> explore_;
-  std::vector<ServoTick> unexplored_;  // ticks that wait for the meter
+  std::vector<ServoTick> unexplored_;  // ticks that are not yet evaluated
 
-  // Members used by both threads under the mutex.
+  // Both threads use the next members while they hold the mutex.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;
@@ -135,7 +135,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> fresh_explore_;
   bool gave_up_ = false;
 
-  std::jthread thread_;  // declared last: it uses the other members
+  std::jthread thread_;  // declared last, so that the thread is joined before the members that it uses are destroyed
 };
 
 }  // namespace typodont

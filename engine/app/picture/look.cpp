@@ -10,12 +10,12 @@ namespace typodont {
 namespace {
 
 constexpr double kSteepest = 89 * kPi / 180;
-constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the distance
-constexpr double kMostShift = 0.05;                 // m, limit of the shift
+constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the distance from the tooth's middle to the viewer
+constexpr double kMostShift = 0.05;                 // m, limit of the displacement of the viewed point
 constexpr double kHalfAngle = 4.2 * kPi / 180;      // rad, half the vertical field of view
 
 struct Axes {
-  dvec3 toward, right, up;  // unit vectors: towards the viewer, the viewer's right and up
+  dvec3 toward, right, up;  // unit vectors in frame W: towards the viewer, to the viewer's right, and up
 };
 Axes axes_of(const Viewpoint& v) {
   const double level = std::cos(v.elevation);

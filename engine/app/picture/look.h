@@ -1,4 +1,4 @@
-// How a picture shows the scene, and from which viewpoint. Plain data.
+// What a picture of the scene shows, and its viewpoint. Plain data.
 #pragma once
 
 #include <cstdint>
@@ -9,38 +9,40 @@
 
 namespace typodont {
 
-/// Selects what a picture shows. The trainee's picture and the observer's picture can have different looks.
+/// What a picture shows of the scene. The trainee's picture and the observer's picture can have different looks.
 struct Look {
   render::View view = render::View::kLook;
-  int section_axis = 1;      // axis perpendicular to the plane of View::kSection: 0 x, 1 y, 2 z
-  double section = 0;        // m, position of the section along that axis, from the tooth's middle
-  glm::dvec4 plane{0};       // explicit plane of the section, as in render::Frame; zero: use section_axis and section
-  std::uint32_t hidden = 0;  // one bit for each hidden tissue; only for View::kLook
+  /// axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z
+  int section_axis = 1;
+  double section = 0;  // m, position of the section plane along the axis section_axis, measured from the tooth's middle
+  /// section plane in the form of render::Frame; if it is zero, section_axis and section are used
+  glm::dvec4 plane{0};
+  std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook
   bool tool = true, debris = true, mirror = true, surroundings = true;
 
   bool operator==(const Look&) const = default;
   bool hides(Tissue tissue) const { return (hidden >> static_cast<unsigned>(tissue) & 1u) != 0; }
 };
 
-/// A free viewpoint around the work, without eye tracking.
+/// A free viewpoint around the tooth, without eye tracking.
 struct Viewpoint {
-  double azimuth = -1.5707963267948966;  // rad, angle about W's z from x to the direction of the viewer
-  double elevation = 1.0;                // rad, elevation of the viewer's direction above the horizontal plane
+  double azimuth = -1.5707963267948966;  // rad, angle from the x axis of frame W to the viewer's direction, about z
+  double elevation = 1.0;                // rad, angle from the horizontal plane up to the viewer's direction
   double distance = 0.15;                // m, distance from the tooth's middle to the viewer
-  glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
+  glm::dvec2 shift{0, 0};                // m, displacement of the viewed point to the viewer's right and up
 };
 
-/// Limits a viewpoint to valid values: not above the zenith, and outside the tooth.
+/// Limits a viewpoint to valid values: it lies outside the tooth and does not pass the zenith.
 Viewpoint clamped(const Viewpoint& from);
 
-/// A rig for a picture of this size (pixels) from this viewpoint; the picture shows the surroundings of `middle_W`.
+/// Makes a rig whose picture has this size (pixels) and this viewpoint. The picture shows the region around `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
-/// The viewpoint of a rig's user, within the limits.
+/// Converts the eye position of a rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Section plane of a look for a viewer at p_WE; the tissue on the side away from the viewer is kept. xyz: unit
-/// normal, w: m.
+/// Returns the section plane of a look (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue behind the
+/// plane, as the viewer sees it, is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

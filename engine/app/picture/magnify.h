@@ -1,4 +1,4 @@
-// Magnifies the pictures of the work.
+// Magnifies the picture of the work.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -6,8 +6,9 @@
 
 namespace typodont {
 
-/// Applies the rig's "magnify": moves screen and eyes towards the rig's point or, without a point, towards the middle
-/// of the tissue's upper side. Logs the effect on co-location. Not for headsets, which magnify by themselves.
+/// Applies the key "magnify" of the rig. Moves screen and eyes towards the point that the rig states, or towards the
+/// middle of the tissue's upper side. Logs the effect on co-location. A headset magnifies in its own code, so it does
+/// not use this function.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

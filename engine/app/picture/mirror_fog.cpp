@@ -7,7 +7,8 @@ namespace typodont {
 
 namespace {
 
-/// True if the bur is in front of the glass and so near that the jet hits it.
+/// True if the bur's water jet hits the mirror glass: the bur is in front of the glass, at a distance of at most
+/// `reach` (m).
 bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
   const dvec3 from = inverse(mirror.X_WM) * p_WT;
   return from.z > 0 && from.z < reach && std::hypot(from.x, from.y) < 0.5 * mirror.diameter;
@@ -17,7 +18,8 @@ bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
 
 void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& air) {
   const bool held = mirror.diameter > 0, warming = held && air.in_mouth;
-  // Rates are taken at the middle of the step, because the glass warms slowly.
+  // The rates of the whole step are computed from the temperature in the middle of the step. This is exact enough,
+  // because the glass warms slowly.
   const double goal = warming ? 0 : 1, before = cold_;
   cold_ = goal + (cold_ - goal) * std::exp(-dt / law_.warm_time);
   double up = warming ? 0.5 * (before + cold_) / law_.breath_time : 0, down = 1 / law_.dry_time;
@@ -26,7 +28,7 @@ void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& a
     up += air.water / (law_.mist_time * (1 + away) * (1 + away));
     if (rinsed(mirror, air.p_WT, law_.rinse_reach)) down += air.water / law_.rinse_time;
   }
-  // d fog/dt = up (1 − fog) − down fog
+  // solves the differential equation d fog/dt = up (1 − fog) − down fog for constant rates
   const double rate = up + down, balance = up / rate;
   fog_ = balance + (fog_ - balance) * std::exp(-rate * dt);
 }
@@ -36,7 +38,7 @@ double MirrorFog::fog() const {
 }
 
 MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
-  constexpr double kMouth = 50e-3;  // m, distance within which the glass is in the mouth
+  constexpr double kMouth = 50e-3;  // m, threshold: a glass nearer than this to the patient's mouth is in the mouth
   return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,
           .p_WT = tick.X_WG.p};

@@ -8,11 +8,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // ratio of the picture's width to the width of the packing
+constexpr double kMargin = 1.05;  // ratio: width of the picture to width of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
-constexpr double kAmbient = 0.25;  // fraction of the colour that remains in shadow
+constexpr double kAmbient = 0.25;  // fraction of a sphere's colour that remains where the sphere is in shadow
 
-/// Draws the spheres whose centre has y >= `front` into a square that begins at column `left`.
+/// Draws spheres into a square part of the picture. Only spheres whose centre has y >= `front` are drawn. `left`: first
+/// pixel column of the square.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,
           const dvec3& middle, double metres_per_pixel, double front) {
   const int n = picture.size.y;

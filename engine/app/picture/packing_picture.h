@@ -1,4 +1,4 @@
-// Draws a packing for visual inspection, from outside and as a section. Set-up time.
+// Draws a packing (tissue as spheres) from outside and as a section, so that a person can check it. Set-up time.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"
@@ -6,8 +6,9 @@
 
 namespace typodont {
 
-/// Draws two views along W's y axis, with z up. Left: all spheres; right: only the spheres behind the middle. Spheres
-/// have the colour of their tissue. `pixels`: height; the picture is twice as wide.
+/// Draws two views along the y axis of frame W, with z up. The left view shows all spheres, the right view only the
+/// spheres behind the middle. A sphere has the colour of its tissue. `pixels`: height of the picture, which is twice as
+/// wide.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

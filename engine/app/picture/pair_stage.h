@@ -1,5 +1,5 @@
-// Shows two sessions side by side on one screen, for example a student's and an expert's. Each side is a stage of its
-// own; the screen shows their left eyes' pictures. Drawing thread.
+// Shows two sessions side by side on one screen, for example a student's and an expert's. Each session has a stage of
+// its own. The screen shows the left eye's picture of both. Drawing thread.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ namespace typodont {
 
 class PairStage {
  public:
-  /// `servo`: tools and materials of each side. `options`: window, monitor, quality, hud. Throws the same errors as
-  /// PictureStage.
+  /// `servo`: tools and materials of each session. `options`: only window, monitor, quality and hud are used. Throws
+  /// the same errors as PictureStage.
   PairStage(const display::DisplayRig& rig, const std::array<haptics::ServoSettings, 2>& servo,
             const PictureStage::Options& options);
   ~PairStage();
@@ -22,17 +22,17 @@ class PairStage {
   PairStage& operator=(const PairStage&) = delete;
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
-  /// Draws both pictures and shows them together. Returns the statistics of both.
+  /// Draws both pictures and shows them together. Returns the statistics of both frames.
   std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
                                          const std::array<std::span<const render::Particle>, 2>& particles, double dt,
                                          const std::array<std::string, 2>& hints);
-  /// The screen's content; only without a window.
+  /// Returns the content of the screen. Call it only without a window.
   render::Picture screen();
   display::Output& output() { return *output_; }
 
  private:
   void follow_size();
-  /// Fits the composed picture to the size of the two pictures.
+  /// Adapts the size of the screen's picture to the sizes of the two pictures that it combines.
   void fit();
 
   gpu::Device device_;

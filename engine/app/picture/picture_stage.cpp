@@ -19,10 +19,12 @@ namespace typodont {
 namespace {
 
 constexpr std::string_view kDiamond =
-    "80";  // ISO 6360: the codes of galvanically bonded diamond, 801 to 807, begin with these digits
-constexpr double kDisplayInterval = 0.1;  // s, time between updates of the displayed numbers, so that they are readable
+    "80";  // first digits of the ISO 6360 codes 801 to 807: galvanically bonded diamond
+// s, time between two updates of the displayed numbers; faster updates would not be readable
+constexpr double kDisplayInterval = 0.1;
 
-/// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
+/// Returns the shape in which the renderer draws the tool. It is the renderer's own shape for this tool if there is
+/// one, otherwise the haptic shape.
 render::ToolShape shape_of(const haptics::Tool& tool) {
   const std::string_view name = name_of(tool.shape);
   if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
@@ -35,9 +37,9 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
   return render::outlined_shape(std::move(outline));
 }
 
-/// Adds two flutes of a twist drill, depth marks and threads.
+/// Adds details to the drawn shape of an implant tool: the flutes of a twist drill, depth marks, and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
-  constexpr double kFluteRise = 12e-3;         // m, length of the drill per turn of its flutes
+  constexpr double kFluteRise = 12e-3;         // m, length along the drill's axis in which a flute makes one turn
   constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank (ISO 1797 type 1)
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
@@ -54,7 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// True if light between bodies need not be computed again: the lamp moves a little with the user's place.
+/// True if the light that bodies exchange need not be computed again. A small motion of the lamp, which moves with the
+/// user, is ignored.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -68,7 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // tolerances: m, and half an angle in rad
+  // tolerance of the position: m; tolerance of half the angle: rad
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {
@@ -90,7 +94,7 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  glm::ivec3 lo, hi;  // bounds of the tissue including its band
+  glm::ivec3 lo, hi;  // bounds of the tissue and of its band
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
 }
@@ -105,7 +109,8 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
 
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed) {
-  // m, length of the shank between the head and the handpiece if the tool's file does not state it
+  // m, drawn length of the shank between head and handpiece for tools that turn, and for tools that do not turn. Used
+  // if the tool's file does not state the length.
   constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
   constexpr double kHeld = 0.6e-3;  // m, length of the shank that is drawn inside the handpiece
   render::ToolShape shape = shape_of(tool);
@@ -196,7 +201,7 @@ render::ToolMesh PictureStage::tool_triangles() const {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // this call is also valid for a lost device
+  vkDeviceWaitIdle(device_.device);  // also returns if the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -213,10 +218,11 @@ void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3&
 bool PictureStage::resize(glm::ivec2 eye_size) {
   eye_size = glm::max(eye_size, glm::ivec2(16));
   if (eye_size == screen_size_) return false;
-  vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old pictures
+  vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel gets the picture's aspect ratio and grows about its middle, so that the visible part remains visible.
+  // The panel gets the aspect ratio of the picture. It becomes larger about its middle, so that everything that was
+  // visible stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -247,10 +253,10 @@ void PictureStage::surround(const Surroundings& around) {
   renderer_->set_light({});
 }
 
-/// Computes the light between the bodies of a mouth at the first frame, and again if the lamp has moved. The bodies are
-/// those of the first frame.
+/// Computes the light between the bodies of a mouth in the first frame, and again if the lamp has moved. The shapes of
+/// the bodies are those of the first frame.
 void PictureStage::follow_light(const render::Lights& lights) {
-  constexpr double kSpacing = 1.25e-3;  // m
+  constexpr double kSpacing = 1.25e-3;  // m, distance between two points at which the light is computed
   tooth_known_ = true;
   if (!around_.lit || (light_scene_ && same_light(lights, lit_by_))) return;
   if (!light_scene_) {
@@ -272,11 +278,12 @@ void PictureStage::show_gum(const SoftGumView& gum) {
   gum_version_ = gum.version();
 }
 
-/// Chooses fine or coarse surroundings by the pixel size at the tooth.
+/// Chooses between the fine and the coarse mesh of the surroundings, by the size of a pixel at the tooth.
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);  // hysteresis for small head motions
+  // hysteresis, so that small head motions do not change the mesh again and again
+  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
   typodont::surround(*renderer_, around_, coarse_around_);
@@ -284,7 +291,8 @@ void PictureStage::follow_pixels(double pixel) {
 }
 
 void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
-  constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;  // m
+  // m: margin of the ring around the tool, distance between two dots, length of the row of dots, radius of a dot
+  constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;
   const haptics::Tool& held = tool();
   const dvec3 down = X_WG.R * dvec3(0, 0, -1);
   frame.cursor = {true, X_WG.p, down, 1.3 * held.radius() + kRoom};
@@ -320,7 +328,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  // A stereo surface has one layer per eye, each as large as the window.
+  // With frame-sequential stereo, the window's surface has one layer per eye, and each layer is as large as the window.
   const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
@@ -329,7 +337,7 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // Otherwise the last pose is used, because the eyes cannot be behind the picture.
+  // The head's pose is used only if the eyes can see the picture from there. Otherwise the last pose is kept.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -338,7 +346,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Sets eyes, lamp and mouth mirror of the next frame.
+/// Makes the next frame with the eyes, the lamp and the mouth mirror.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -347,7 +355,8 @@ render::Frame PictureStage::look() const {
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // The lamp is over the user's left shoulder for every rig; it does not follow the head.
+  // For every rig, the lamp is over the user's left shoulder. It is fixed relative to the screen and does not follow
+  // the head.
   const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
   const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
@@ -367,7 +376,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
-    missed_ = true;  // true because the content of a minimised window may be lost
+    missed_ = true;  // a minimised window may lose its content, so it must be drawn again
     return {};
   }
   follow_size();
@@ -427,7 +436,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately
+    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately, so they must be finished
     timing_.shown = to_seconds(now() - began);
     return stats;
   }
@@ -435,8 +444,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // Composes only the changed parts, because the other parts are already on the screen. With software rendering
-    // this saves most of the time.
+    // Only the changed parts are composed, because the screen already shows the others. With software rendering, this
+    // saves most of the time.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)
@@ -446,10 +455,11 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      stats.passes += static_cast<int>(target->layers.size());  // a target in memory is composed without a render pass
+      // One render pass per layer of a screen. A target in memory is composed without a render pass.
+      stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
-    // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and on
-    // average half a refresh period of the screen.
+    // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half
+    // a refresh period of the screen, which is the mean waiting time.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

@@ -1,4 +1,5 @@
-// Lowers the quality while frames take too long, and raises it when there is enough time. Drawing thread.
+// Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time.
+// Drawing thread.
 #pragma once
 
 #include <algorithm>
@@ -9,23 +10,23 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` (s) raise it. Each time a higher
-  /// level proved too slow, the wait before the next raise becomes longer. The default of `slow` is a little less
-  /// than 1/30 s, so that 30 frames per second are reached.
+  /// Frames that take longer than `slow` (s) lower the quality; frames that take less than `quick` (s) raise it. Each
+  /// time a raised quality proves too slow, the wait before the next raise becomes longer. The default of `slow` is a
+  /// little less than 1/30 s, so that 30 frames per second are reached. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// For software rendering: starts at a level that a CPU can draw. Raises the quality if a frame leaves enough time
-  /// for the next level, which takes up to twice as long.
+  /// Makes a ladder for software rendering. It starts at a quality that a CPU can draw. The next better quality takes
+  /// up to twice as long, so the quality is raised only if a frame leaves enough time for it.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  int place() const { return static_cast<int>(step_); }  // level, 0: best
+  int place() const { return static_cast<int>(step_); }  // number of the present level; 0 is the best
   int changes() const { return changes_; }
-  double slow() const { return slow_; }  // s
-  /// Returns true if the level changed. Call this only for frames that were drawn.
+  double slow() const { return slow_; }  // s, time of a frame above which the quality is lowered
+  /// Evaluates the time of a frame. Returns true if the level changed. Call it only for frames that were drawn.
   bool frame_took(double seconds) {
-    // The first frames of a level create its pipelines and are ignored.
+    // The first frames of a level are ignored, because they include the creation of its pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // The weight of a single delayed frame is limited.
+    // The time of a frame counts only up to a limit, so that a single delayed frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -38,9 +39,10 @@ class QualityLadder {
   }
 
  private:
-  static constexpr double kSlow = 1.0 / 33;  // s
+  static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       kMostPatience = 7200;  // frames; kMostPatience: upper limit of the wait before a raise
+                       /// number of frames: largest wait before the quality is raised
+      kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {
     step_ = step;
@@ -52,11 +54,12 @@ class QualityLadder {
     return true;
   }
 
-  double slow_, quick_;  // s
+  /// s, the quality is lowered if a frame takes longer than slow_, and raised if it takes less than quick_
+  double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
-  bool tried_ = false;  // true: the last change raised the quality
-  double mean_;         // s, running mean of the frames' times
+  bool tried_ = false;  // true: the last change of the level raised the quality
+  double mean_;         // s, running mean of the time of a frame
 };
 
 }  // namespace typodont

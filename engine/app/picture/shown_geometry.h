@@ -1,5 +1,5 @@
-// Writes the triangles of a picture to one file, so that another renderer can draw the same scene
-// (tests/reference). Set-up time; throws Error.
+// Writes all triangles of a picture to one file, so that another renderer can draw the same scene (tests/reference).
+// Set-up time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -12,26 +12,27 @@
 
 namespace typodont {
 
-/// Number of the tool's body in the file; all other numbers are those of the drawn meshes (render::MeshId).
+/// Number of the tool in the file. The number of any other body is the number of its drawn mesh (render::MeshId).
 inline constexpr std::uint8_t kToolBody = 255;
 
 class ShownGeometry {
  public:
   explicit ShownGeometry(const MaterialTable& materials) : looks_(render::appearances_of(materials)) {}
-  /// Adds the bricks of a body; `origin`: m, W. `body`: less than kToolBody.
+  /// Adds the bricks of a body. `origin`: m, frame W. `body`: number less than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the tool at this pose, at rest (`blur` 0) or as the hull of a tool that rotates fast (`blur` 1).
+  /// Adds the tool at this pose. `blur`: 0 for a tool at rest, 1 for the hull of a tool that rotates fast.
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);
-  /// Writes a binary PLY completely or not at all: millimetres, frame W. docs/interface.md describes the properties.
+  /// Writes a binary PLY file in millimetres, frame W (docs/interface.md describes its properties). The file is written
+  /// completely or not at all.
   void write(const std::filesystem::path& file) const;
 
  private:
   struct Corner {
-    glm::vec3 p{0}, n{0};  // p: mm, W
+    glm::vec3 p{0}, n{0};  // p: mm, frame W, position; n: unit normal
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
-    float share = 0;     // fraction of the second tissue
-    float depth = 0;     // mm, depth of the lower tissue; 0: none was found
-    glm::vec3 color{0};  // linear, of the first tissue over the lower tissue
+    float share = 0;     // fraction of the second tissue in the colour of this corner
+    float depth = 0;     // mm, depth of the tissue below the surface tissue; 0: there is none
+    glm::vec3 color{0};  // linear RGB, colour of the surface tissue over the tissue below it
   };
   void add_triangles(std::span<const std::uint32_t> indices, std::size_t first);
 

@@ -10,13 +10,15 @@ namespace typodont {
 
 namespace {
 
-constexpr double kReach = 1.7;         // range of a point's influence, as a ratio to the distance between points
-constexpr float kEdge = 0.3e-3f;       // m, longest edge of a triangle near soft points
-constexpr int kSplits = 4;             // limit of the number of times that an edge is halved
-constexpr double kGrowth = 30e-6;      // m, growth of a wet patch's radius after which the patch is drawn again
-constexpr float kOpaque = 0.95f;       // fraction of the blood's colour in the middle of a patch
-constexpr double kRimWidth = 0.22;     // width of a patch's rim as a ratio to the patch's radius
-constexpr double kLeastRim = 0.35e-3;  // m, least width of the rim; triangles would show in a narrower one
+// ratio to the distance between two points of the gum: radius in which a point moves vertices
+constexpr double kReach = 1.7;
+constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
+constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
+constexpr double kGrowth = 30e-6;   // m, a wet patch is drawn again after its radius has grown by this length
+constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch, 0..1
+constexpr double kRimWidth = 0.22;  // ratio: width of a patch's rim to the patch's radius
+// m, smallest width of the rim; in a narrower rim, the triangles would be visible
+constexpr double kLeastRim = 0.35e-3;
 
 render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
   render::Vertex m = a;
@@ -28,8 +30,8 @@ render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
   return m;
 }
 
-/// Halves, once, the edges for which `splits(a, b)` is true. Triangles that share an edge split it in the same way,
-/// also if they belong to different bricks, so no cracks appear.
+/// Splits each edge for which `splits(a, b)` is true into two halves. Triangles that share an edge split it in the same
+/// way, even in different bricks. So no cracks appear.
 template <class Splits>
 bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -45,14 +47,14 @@ bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
-    // middle of the edge after corner c
+    // m[i]: number of the vertex in the middle of the edge after corner i; negative if this edge is not split
     std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};
     const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
     };
     const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
-    // Rotates the triangle's corners until its first edge is split and its last edge is not, unless all edges are
-    // split.
+    // Rotates the order of the triangle's corners until its first edge is split and its last edge is not. If all three
+    // edges are split, the order is kept.
     for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
       std::rotate(c.begin(), c.begin() + 1, c.end());
       std::rotate(m.begin(), m.begin() + 1, m.end());
@@ -115,7 +117,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
       break;
     }
   }
-  // Shepard's interpolation of the points' displacements, with the weights (1 - (r / reach)²)²
+  // Shepard's method interpolates the displacements of the points, with the weights (1 - (r / reach)²)².
   glm::vec3 low(1e9f), high(-1e9f);
   const auto brick = static_cast<std::uint32_t>(bricks_.size());
   for (const render::Vertex& vertex : rest.mesh.vertices) {
@@ -124,7 +126,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // the vertex is on the other side of a thin layer
+      // the normals are opposite, so the vertex is on the other side of a thin layer
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;
@@ -155,7 +157,7 @@ void SoftGumView::move(const haptics::SoftMove& move) {
   for (const std::uint32_t brick : bricks_of_[move.point]) mark(brick);
 }
 
-/// From the next follow() on, the brick is drawn anew.
+/// Marks a brick. The next call of follow() computes it again.
 void SoftGumView::mark(std::uint32_t brick) {
   if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
 }
@@ -192,13 +194,13 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Opacity of the blood at a point of the resting surface. The patches have an uneven rim.
+/// Opacity of the blood at a point of the undeformed surface. The rim of a patch is uneven.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {
     if (!(wound.drawn > 0)) continue;
     const dvec3 off = p_W - wound.place.p_W;
-    const dvec3 wave = 1600.0 * off;  // 1/m; lobes of some millimetres
+    const dvec3 wave = 1600.0 * off;  // the factor 1600 1/m gives the rim lobes of some millimetres
     const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
                          0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
     const double rim = wound.drawn * (1 + 0.05 * lobes);
@@ -227,11 +229,11 @@ void SoftGumView::make(std::size_t index) {
     const float blood = blood_at(rest.origin + dvec3(vertex.p));
     if (moved == glm::vec3(0) && !(blood > 0)) continue;
     at_rest = false;
-    // A surface lowered by h has the normal n + ∇h.
+    // If a surface with normal n is lowered by h, its new normal is n + ∇h.
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {
-      vertex.under = Tissue::kPulp;  // the colour of blood
+      vertex.under = Tissue::kPulp;  // this tissue is drawn in the colour of blood
       vertex.shows = std::max(vertex.shows, kOpaque * blood);
     }
   }

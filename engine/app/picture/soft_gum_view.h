@@ -1,5 +1,5 @@
-// The picture of the soft gum: blood, and displaced vertices where an instrument presses or a bur has cut. Only
-// bricks that changed are computed again; a gum at rest takes no time.
+// The picture of the soft gum: blood, and vertices that are displaced where an instrument presses or a bur has cut.
+// Only bricks that have changed are computed again, so a gum at rest takes no time.
 #pragma once
 
 #include <cstdint>
@@ -21,39 +21,40 @@ class SoftGumView {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    // version() at the brick's last change; 0: the brick is the same as in the surroundings
+    // Value of version() when the brick last changed. 0: the brick is the same as in the surroundings.
     std::uint64_t version = 0;
   };
 
   SoftGumView(std::shared_ptr<const haptics::SoftSurface> surface, const Surroundings& around);
 
-  /// Sets the new state of a point.
+  /// Sets the new state of one point of the gum.
   void move(const haptics::SoftMove& move);
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
-  /// Applies all changes of the tissue since the last call. For programs with one thread.
+  /// Applies all changes of the soft tissue since the last call. Used by programs with one thread.
   void take(haptics::SoftTissue& tissue);
-  /// Returns to the state of an untouched gum.
+  /// Restores the state of an undamaged and undeformed gum.
   void reset();
-  /// Computes the bricks that changed up to time t (ns of the session).
+  /// Computes the bricks that have changed. `t`: time in the session, ns.
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
-  /// Increases whenever a brick changes.
+  /// A number that increases whenever a brick changes.
   std::uint64_t version() const { return version_; }
 
  private:
-  /// Influence of a point on a vertex.
+  /// The influence of one point of the gum on one vertex.
   struct Influence {
     std::uint32_t point = 0;
-    float part = 0;      // 0..1
-    glm::vec3 slope{0};  // 1/m, gradient of `part`
+    float part = 0;      // weight of the point, 0..1
+    glm::vec3 slope{0};  // 1/m, gradient of the weight
   };
-  /// A brick at rest whose triangles are small enough for a dent.
+  /// The undeformed form of a brick, with triangles that are small enough to show a dent.
   struct Rest {
-    const render::MeshUpdate* whole = nullptr;  // the brick in the surroundings, with larger triangles
-    dvec3 origin{0};                            // m, W, origin of the vertices
+    const render::MeshUpdate* whole = nullptr;  // the same brick in the surroundings, with larger triangles
+    dvec3 origin{0};                            // m, frame W, origin of the vertices
     render::MeshUpdate mesh;
-    std::vector<std::uint32_t> first;  // for each vertex, the index of its first influence; one more entry for the end
+    /// for each vertex, the index of its first influence; one more entry at the end marks the end of the last vertex
+    std::vector<std::uint32_t> first;
     std::vector<Influence> influences;
     dvec3 middle{0};
     double radius = 0;  // m, radius of a ball around `middle` that contains the brick
@@ -61,7 +62,7 @@ class SoftGumView {
   };
   struct Wound {
     haptics::SoftWound place;
-    double drawn = 0;  // m, radius of the patch in the picture
+    double drawn = 0;  // m, radius of the blood patch in the present picture
   };
 
   void add_brick(const SurroundingMesh& mesh, const render::MeshUpdate& whole, bool coarse);
@@ -71,10 +72,10 @@ class SoftGumView {
 
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::vector<Brick> bricks_;
-  std::vector<Rest> rest_;                             // for each brick
-  std::vector<std::vector<std::uint32_t>> bricks_of_;  // for each point, the bricks that it influences
-  std::vector<float> inward_;                          // m, for each point
-  std::vector<std::uint32_t> changed_;                 // indices of the bricks that must be computed again
+  std::vector<Rest> rest_;                             // one entry for each brick
+  std::vector<std::vector<std::uint32_t>> bricks_of_;  // numbers of the bricks that each point influences
+  std::vector<float> inward_;                          // m, depth to which each point is pressed inward
+  std::vector<std::uint32_t> changed_;                 // numbers of the bricks that must be computed again
   std::vector<Wound> wounds_;
   std::uint64_t version_ = 0;
 };

@@ -1,5 +1,5 @@
-// Which samples of the carver's volume lie in tissue now, in blocks that are read when they are needed, and only once.
-// Carver's thread.
+// Stores which samples of the carver's volume now lie in tissue, in blocks. Each block is read only once, when it is
+// needed. Carver's thread.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class SolidBlocks {
     blocks_.clear();
     last_ = nullptr;
   }
-  /// True if the sample lies in tissue. `volume` is the same in all calls since forget().
+  /// True if the sample lies in tissue. All calls after forget() must have the same `volume`.
   bool solid(const haptics::TissueVolume& volume, const glm::ivec3& voxel) {
     const glm::ivec3 key = voxel >> 3, in = voxel & 7;
     if (!last_ || key != last_key_) {
@@ -31,7 +31,7 @@ class SolidBlocks {
 
  private:
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  const haptics::SolidBits* last_ = nullptr;  // the block of the last call
+  const haptics::SolidBits* last_ = nullptr;  // the block that the last call used
   glm::ivec3 last_key_{0};
 };
 

@@ -12,7 +12,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kDifferenceReach = 3e-3;  // m, limit of the shown differences
+// m, limit of the distance from the ideal up to which differences are computed
+constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace
 
@@ -26,12 +27,12 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue) {
   const ToothField field(volume);
   const double h = field.voxel();
-  // The result is the outer surface of the dentin without its cavities: pulp and caries count as dentin.
+  // Pulp and caries count as dentin, so that the surface of the dentin has no inner surfaces at cavities.
   const auto counts = [&](Tissue found) {
     return found == tissue || (tissue == Tissue::kDentin && (found == Tissue::kPulp || found == Tissue::kCaries));
   };
   const auto here = [&](const dvec3& p) { return counts(field.tissue(p)) && field.distance(p) < 0; };
-  // The grid is aligned to whole voxels from the volume's origin, so that samples coincide.
+  // The grid begins a whole number of voxels from the volume's origin, so that its points coincide with samples.
   const dvec3 origin = volume.frame().origin;
   const dvec3 lo = origin + h * glm::floor((field.low() - origin) / h);
   glm::dvec3 first(1e9), last(-1e9);
@@ -50,7 +51,7 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   std::vector<render::MeshUpdate> updates = mesh_of_field(
       first, last, h, 0.15f,
       [&](const dvec3& p) {
-        double fraction = 0;  // fraction of this tissue among 27 samples, weighted with binomial weights
+        double fraction = 0;  // fraction of this tissue in 27 neighbouring samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
@@ -74,13 +75,13 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
       [&](const dvec3& p) {
         const double whole = field.distance(p);
         if (whole > h) return whole;
-        double fraction = 0;  // fraction of the remaining tissue among 27 samples, weighted with binomial weights
+        double fraction = 0;  // fraction of the remaining tissue in 27 neighbouring samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue there are few labels, so the surface of the whole tissue is used there.
+        // Outside the tissue, only few samples have labels. So the distance to the whole tissue is used there.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

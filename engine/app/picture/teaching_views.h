@@ -1,5 +1,5 @@
 // Bodies for the teaching views: the face of a section, the inner tissues, and the difference from an ideal
-// preparation. Computed from the volume on request; the carver's thread.
+// preparation. They are computed from the volume on request. The carver's thread.
 #pragma once
 
 #include <vector>
@@ -10,21 +10,23 @@
 
 namespace typodont {
 
-/// The face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept; the face
-/// is visible from the other side. Positions are relative to the volume's origin.
+/// Makes the face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept, and
+/// the face is visible from the other side. Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset);
 
-/// The surface of one tissue inside the tooth, smoothed over a voxel; for dentin only its outer surface. Positions are
-/// relative to the volume's origin.
+/// Makes the surface of one tissue inside the tooth, smoothed over a voxel. For dentin, it is only the outer surface.
+/// Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
-/// The surface of the tissue without the hidden tissues, given as bits (1 << tissue).
+/// Makes the surface of the tissue that remains if some tissues are hidden. `hidden`: these tissues as bits (1 <<
+/// tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
-/// Sets every vertex's `difference` to its distance from the ideal surface: > 0 outside (still to remove), < 0 inside
-/// (removed too much). `origin`: m, W, origin of the positions in `updates`.
+/// Sets `difference` of every vertex to its distance from the ideal surface: positive outside (tissue must still be
+/// removed), negative inside (too much was removed). `origin`: m, frame W, origin of the positions in `updates`.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// mark_difference() with a prepared field of the ideal; the field must extend as far as differences are shown.
+/// Does the same as mark_difference() above with a distance field of the ideal. The field must contain distances up to
+/// the largest difference that is shown.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

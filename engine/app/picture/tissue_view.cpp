@@ -66,15 +66,17 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-constexpr int kSearchDepth = 14;  // voxels, limit of the search below a vertex
-// Voxels outside the surface at which the natural tissue tells a cut. A cut that is shallower is not recognised. At a
-// larger distance a natural fissure would be mistaken for a cut, because its opposite wall is near.
+// voxels, limit of the depth below a vertex in which the program searches for another tissue
+constexpr int kSearchDepth = 14;
+// Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
+// cuts are not recognised. With a larger value, natural fissures would count as cuts, because their opposite wall is
+// near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    32;  // bricks per update; they take some milliseconds, so that the hand's patches are not delayed
+    32;  // number of bricks per update; they take some milliseconds, so that new patches for the servo are not delayed
 
-/// Depth in m to which a tissue is translucent. The colours of dentin and caries shine through enamel, the colour of
-/// pulp through thin dentin.
+/// Depth to which light shows what lies inside a tissue, m. The colours of dentin and caries are visible through
+/// enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -98,8 +100,9 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  constexpr float kProbe = 3.5f;  // voxels between two probes; a gap in the tissue is usually wider
-  constexpr float kBeside = 2;    // voxels, distance of the probes beside the way
+  // voxels, distance between two test points along the path into the tissue; a gap in the tissue is usually wider
+  constexpr float kProbe = 3.5f;
+  constexpr float kBeside = 2;  // voxels, distance of further test points from this path
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -110,10 +113,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
     const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
     const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
-    // Below the edge of a thick body the probes lie in its side, but there is tissue beside them.
+    // At the edge of a thick body, the path can leave the body through its side. This is no gap: a gap counts only if
+    // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // at an angle to the voxels, so that one of the four lies in each quadrant
+      // The four test points are rotated relative to the voxel grid, so that one lies in each quadrant.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
@@ -138,8 +142,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
-  // Range of labels to load: below the vertices and slightly around them.
-  const auto reach_of = [&](const render::Vertex& v) {  // voxels
+  // Finds the range of voxels whose labels are needed: below the vertices, and a little around them.
+  const auto reach_of = [&](const render::Vertex& v) {  // result in voxels
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
   glm::vec3 low(update.vertices.front().p), high(low);
@@ -149,16 +153,16 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // If there is only one tissue, nothing shines through and no boundary exists.
+  // With a single tissue, nothing else is visible through the surface, and there is no boundary to draw.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Labels are per voxel. The boundary is drawn where the smoothed fractions of the two tissues are equal, so it
-      // has no steps.
+      // Each voxel has one label, so the boundary between two tissues has steps. To avoid them, it is drawn where the
+      // smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // exp(−0.6 r²), one factor per axis
+      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -179,13 +183,14 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // All coordinates are positive within the loaded labels, so truncation rounds down.
+    // Within the loaded labels all coordinates are positive, so the conversion to integers rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The lower tissue begins within the last step: find the boundary to an eighth of a voxel.
+      // The lower tissue begins within the last step. A bisection finds the boundary with a precision of an eighth of a
+      // voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);
@@ -197,8 +202,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Caries within one or two voxels below the vertex is not a lesion below the surface: it belongs to the edge of
-      // a lesion at the surface, which is drawn anyway.
+      // Caries that begins one or two voxels below the vertex belongs to the edge of a lesion at the surface, which is
+      // drawn there anyway. Only deeper caries is drawn as a lesion below the surface.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

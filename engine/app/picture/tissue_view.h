@@ -1,5 +1,6 @@
-// Converts the changed bricks of the carver's tissue to triangles for the renderer. A body of triangles (contact models
-// mesh_lod and vertex) provides its own triangles; other bodies are meshed from the distance field. Carver's thread.
+// Converts the changed bricks of the carver's tissue to triangles for the renderer. A tissue that is a triangle mesh
+// itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the distance
+// field. Carver's thread.
 #pragma once
 
 #include <filesystem>
@@ -19,57 +20,59 @@
 
 namespace typodont {
 
-/// The whole surface with shared vertices. `tolerance`: voxels, largest distance from the surface; `progress` gets the
-/// completed fraction 0..1 and may throw to stop the work.
+/// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
+/// `progress` receives the completed fraction 0..1, and may throw to stop the work.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
-/// The whole surface of a body from its own triangles (TissueSurface::mesh), in voxels of this frame.
+/// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// A copy of the tissue that can be saved while the carver continues.
+/// A copy of the tissue, which can be saved while the carver continues.
 struct TissueCopy {
   haptics::TissueVolume volume;
-  std::optional<haptics::TissueMesh> own;  // the body's own triangles, if it has them
+  std::optional<haptics::TissueMesh> own;  // the tissue's own triangles, if it is a mesh
 };
 TissueCopy copy_of(haptics::Carver& carver);
-/// Writes the volume to `file` (.vdb), and the body's own triangles beside it as NAME_surface.stl in millimetres.
-/// Throws Error.
+/// Writes the volume to `file` (.vdb). If the tissue is a mesh, also writes its triangles in millimetres to a file
+/// beside it, NAME_surface.stl. Throws Error.
 void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: the scene's setting.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: tissues that are drawn like
+  /// others.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// Returns all bricks at the first call, then the bricks that changed since the last call. Positions are in metres
-  /// from the volume's origin.
+  /// Returns all bricks in the first call, and later the bricks that have changed since the last call. Positions are in
+  /// m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// update() for a carver's tissue; uses the body's own triangles if it has them.
+  /// Returns the bricks as update() above does, for the tissue of a carver. If this tissue is a mesh, its own triangles
+  /// are used.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Sets another tolerance. Existing bricks are meshed again, some of them at each update().
+  /// Sets another tolerance. Each later call of update() meshes some of the existing bricks again.
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// The mesher of the field's surface; empty if update() used only a body's own triangles.
+  /// The mesher that meshes the distance field; empty if all tissues so far were meshes.
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Sets Vertex::cut and Vertex::thin.
+  /// Computes Vertex::cut (the part of the surface that was cut) and Vertex::thin (how thin the tissue below it is).
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // labels around the bricks of this update
-  SolidBlocks solid_;   // samples in tissue around the bricks of this update
+  LabelBlocks labels_;  // tissue labels around the bricks of the present update
+  SolidBlocks solid_;   // for each sample around the bricks of the present update: is it in tissue?
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
-  bool another_tolerance_ = false;    // the tolerance changed since the last update
-  std::vector<glm::ivec3> outdated_;  // bricks that must still be meshed with the new tolerance
+  bool another_tolerance_ = false;    // true: the tolerance has changed since the last update
+  std::vector<glm::ivec3> outdated_;  // bricks that are not yet meshed with the new tolerance
 };
 
 }  // namespace typodont

@@ -19,23 +19,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kNearTooth = 10e-3;    // m, distance from the implant within which teeth are searched
-constexpr double kRootMargin = 1.5e-3;  // m, distance between a proposed implant and a tooth
-// m, lower limit of the distance between the points at which teeth are searched
+constexpr double kNearTooth = 10e-3;    // m, distance from the implant within which the planner searches for teeth
+constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
+// m, lower limit of the distance between the points at which the planner searches for teeth
 constexpr double kToothStep = 0.25e-3;
-constexpr double kCanalReach = 25e-3;   // m, distance from the implant within which a plan includes the canal
-constexpr double kGrid = 1e-3;          // m, distance between the positions that a proposal tries
-constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the ridge
-constexpr double kRidge = 10e-3;        // m, radius in which the direction of the arch is estimated
+constexpr double kCanalReach = 25e-3;  // m, distance from the implant within which a plan contains the nerve canal
+// m, distance between the implant positions that the planner tries for a proposal
+constexpr double kGrid = 1e-3;
+constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the top of the ridge
+constexpr double kRidge = 10e-3;        // m, radius of the region in which the direction of the arch is estimated
 constexpr double kOutline = 0.8;        // pixels, half the width of an outline
 
-/// The distance from a canal's wall to the implant's surface.
+/// The distance between the surfaces of a nerve canal and of the planned implant, m.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
   return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
 
-/// The scene's tissue. An invalid plan in the scene must not cause an error here, because the plan is about to be
-/// replaced.
+/// Loads the scene's tissue without checking the scene's plan. An invalid plan must not cause an error here, because
+/// the user will replace it.
 haptics::TissueVolume tissue_of(Scene scene) {
   scene.implant.reset();
   haptics::TissueVolume volume = load_tissue(scene);
@@ -185,7 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // The fraction in bone counts first. Between equal fractions, the distances to canal and teeth decide.
+      // The fraction in bone is most important. If it is equal, the distances to canal and teeth decide.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =
@@ -209,7 +210,8 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  const double angle = 0.5 * std::atan2(2 * suv, suu - svv);  // angle of the principal axis
+  // rad, angle of the main direction in which the bone extends
+  const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;
 }
@@ -217,16 +219,16 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
 PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
   const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  // The level section lies half a millimetre below the platform, where it intersects bone.
+  // The section perpendicular to the implant lies half a millimetre below the platform, so that it intersects bone.
   const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
   return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
           SectionPlane{level, along, across, width, width}};
 }
 
 render::Picture ImplantPlanner::picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const {
-  constexpr double kBrightest = 2500;  // Hounsfield units; voxels at least this bright are drawn white
+  constexpr double kBrightest = 2500;  // Hounsfield units; voxels with at least this value are drawn white
   const glm::dvec3 kImplant(70, 200, 235), kCanal(240, 150, 50), kLeaves(235, 60, 50);
-  // Selects the segments of the canals that the plane may intersect.
+  // Selects the parts of the canals that the plane may intersect.
   std::vector<NerveCanal> near;
   const dvec3 normal = glm::cross(plane.right_W, plane.up_W);
   for (const NerveCanal& canal : canals_) {

@@ -1,5 +1,5 @@
-// Planning an implant: a proposal, the findings at a planned position, and sections through it as pictures. SI, frame
-// W. One thread.
+// Planning of an implant: a proposal, the findings at a planned position, and sections through it as pictures. SI
+// units, frame W. One thread.
 #pragma once
 
 #include <array>
@@ -18,76 +18,81 @@ namespace typodont {
 
 using glm::dvec2;
 
-/// A procedure file: the implant and its phases (docs/interface.md).
+/// A procedure file. It describes the implant and the phases of its placement (docs/interface.md).
 struct ImplantProcedure {
-  std::string path;         // path as in a scene, e.g. "implants/procedures/bone_level_48_12.json"
-  std::string name;         // name for users, e.g. "bone level 4.8 x 12 mm"
-  double length = 0;        // m, length of the implant
+  std::string path;   // path of the file as a scene states it, for example "implants/procedures/bone_level_48_12.json"
+  std::string name;   // name that users see, for example "bone level 4.8 x 12 mm"
+  double length = 0;  // m, length of the implant
   double diameter = 0;      // m, diameter of the implant's thread
   double bed_diameter = 0;  // m, diameter of the last drill
-  double canal_margin = 0;  // m, lower limit of the distance to the nerve canal
+  double canal_margin = 0;  // m, smallest allowed distance to the nerve canal
 };
-/// The shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.
+/// Returns the shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.
 std::vector<ImplantProcedure> implant_procedures();
-/// Reads a procedure. `path`: path as in a scene at `place`. Throws Error.
+/// Reads a procedure. `path` is searched in the same way as a path in a scene at `place`. Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
-/// The procedure of the scene's implant exercise; no value if the scene has none. Throws Error.
+/// The procedure of the scene's implant exercise; empty if the scene has none. Throws Error.
 std::optional<ImplantProcedure> procedure_of(const Scene& scene);
 
-/// Class of the scene's bone, "I" to "IV"; empty if the scene's tissue is not a "bone".
+/// Class of the scene's bone, "I" to "IV"; empty if the scene's tissue is not of the kind "bone".
 std::string bone_class_of(const Scene& scene);
-/// Returns the scene with bone of another class. Throws Error if its tissue is not a "bone", or if the class does not
-/// exist.
+/// Returns a copy of the scene with bone of another class. Throws Error if the scene's tissue is not of the kind
+/// "bone", or if there is no class of this name.
 Scene with_bone_class(const Scene& scene, const std::string& name);
 
 /// Findings about an implant at its planned position.
 struct PlanFindings {
-  double in_bone = 0;                // fraction of the thread's surface that lies in bone
-  std::optional<dvec3> leaves_at_W;  // m, the highest point of the thread's surface that does not lie in bone
-  double leaves_depth = 0;           // m, depth of that point below the platform
-  // m, distance between the walls of implant and canal; negative: the implant cuts the canal
+  double in_bone = 0;  // fraction of the thread's surface that lies in bone
+  /// m, highest point of the thread's surface that does not lie in bone; empty if the whole surface lies in bone
+  std::optional<dvec3> leaves_at_W;
+  double leaves_depth = 0;  // m, depth of the point leaves_at_W below the platform
+  // m, distance between the surfaces of implant and canal; negative if the implant cuts the canal
   double canal_distance = std::numeric_limits<double>::infinity();
-  // m, distance to the nearest tooth or listed root, ±0.15 mm
+  // m, distance to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
   double tooth_distance = std::numeric_limits<double>::infinity();
-  double mean_grey = 0;  // Hounsfield units, mean of the bone around the thread
+  double mean_grey = 0;  // Hounsfield units, mean grey value of the bone around the thread
   bool fits() const { return !leaves_at_W; }
 };
 
-/// A rectangle in the tissue that is shown as a picture.
+/// A rectangle in the tissue. A picture shows the section of the tissue in this rectangle.
 struct SectionPlane {
   dvec3 center_W{0};
-  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};   // unit vectors, perpendicular to each other
-  double width = 0, height = 0;            // m
-  dvec3 at(const dvec2& fraction) const {  // fractions of width and height from the top left corner
+  /// unit vectors to the right and up in the picture, frame W; perpendicular to each other
+  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
+  double width = 0, height = 0;  // m, size of the rectangle
+  /// `fraction`: position as fractions of width and height from the top left corner
+  dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
   }
 };
-/// Three sections: across the arch, along the arch, and perpendicular to the implant.
+/// The three sections of a plan: across the arch, along the arch, and perpendicular to the implant.
 using PlanPlanes = std::array<SectionPlane, 3>;
 
 class ImplantPlanner {
  public:
-  /// Loads the scene's tissue. Throws Error if the tissue has no grey values, or no bone.
+  /// Loads the scene's tissue. Throws Error if the tissue has no grey values or contains no bone.
   explicit ImplantPlanner(const Scene& scene);
 
   const Scene& scene() const { return scene_; }
   const haptics::TissueVolume& volume() const { return volume_; }
-  /// The canals: the scene's canal, or those found in its tissue.
+  /// The nerve canals. They are listed in the scene, or found in its tissue.
   const std::vector<NerveCanal>& canals() const { return canals_; }
-  /// The canal nearest to the plan, limited to 25 mm around the implant; without points if no canal is near.
+  /// The nerve canal that is nearest to the plan, limited to 25 mm around the implant. It has no points if no canal is
+  /// near.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
-  /// The scene's own plan with this procedure's implant. If the scene has no plan: a vertical implant at the position
-  /// with the largest fraction in bone, and among equal ones with the largest distance to canals and teeth.
+  /// If the scene has a plan, returns this plan with the procedure's implant. Otherwise proposes a vertical implant at
+  /// the position with the largest fraction in bone. If several positions are equal, the one farthest from canals and
+  /// teeth is chosen.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 
-  /// The planes of the sections. The first two pass through the middle of the implant, the third through its
+  /// The planes of the three sections. The first two pass through the middle of the implant, the third near its
   /// platform. `width`: m, width and height of each section.
   PlanPlanes planes(const session::ImplantPlan& plan, double width) const;
-  /// The picture of a section: the grey values on the plane, the outlines of implant and canals, and, in red, the
-  /// depth at which the implant leaves the bone. `pixels`: width and height of the picture.
+  /// Draws a section: the grey values, the outlines of implant and canals, and a red line at the depth at which the
+  /// implant leaves the bone. `pixels`: width and height of the picture.
   render::Picture picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const;
 
  private:

@@ -22,9 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};  // m, position of an implant's platform in the shipped scenes
-constexpr double kSite = 15e-3;                    // m, extent of the site around the implant
-constexpr double kLargestVoxel = 0.15e-3;          // m, largest voxel of a site, as in the shipped scenes
+// m, frame W: position of the implant's platform in the shipped scenes
+constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
+constexpr double kSite = 15e-3;  // m, distance from the implant up to which tissue is copied
+// m, limit of the voxel size of the copied tissue; the shipped scenes have this size
+constexpr double kLargestVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {
   const auto rounded = [](double c) { return std::round(c * 1e6) / 1e6; };
@@ -35,8 +37,8 @@ Text load_text(const fs::path& file) {
   return Text::parse(Json::load(file).text());
 }
 
-/// The tissue around the plan, moved by `move`, with voxels of at most kLargestVoxel. (With voxels of 0.3 mm, the
-/// bed's wall would stop a drill that widens the bed.) Distances are interpolated; labels and hardness are those of
+/// Copies the tissue around the plan, moved by `move`, with voxels of at most kLargestVoxel. (With voxels of 0.3 mm, a
+/// drill that widens the bed would stop at the bed's wall.) Distances are interpolated. Label and hardness are those of
 /// the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
@@ -64,7 +66,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
         const dvec3 place = dvec3(p) / static_cast<double>(n);
         const glm::ivec3 near(glm::round(place));
         const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
-        // The tissue is closed two voxels inside the faces of the box.
+        // The copied tissue ends two voxels before the faces of the box, so that its surface is closed.
         const glm::ivec3 in = glm::min(p, site.size - 1 - p);
         const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
         const std::size_t i = site.at(p.x, p.y, p.z);
@@ -77,7 +79,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   return haptics::TissueVolume(site);
 }
 
-/// The rules of exercise.json with the targets of this implant.
+/// Adapts the score rules of exercise.json to this implant, by setting their targets.
 Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   Text made = Text::array();
   for (Text& rule : rules) {
@@ -148,7 +150,7 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   scene["task"]["rules"] = rules_for(task["rules"], exercise, !canal.path_W.empty());
   progress.at(0.1);
 
-  // Both files are complete and checked before either replaces an older file.
+  // Both files are completely written and checked before one of them replaces an older file.
   const std::string text = scene.dump(2) + "\n";
   const Scene parsed = parse_scene(Json::parse(text, file.filename().string()), file, base.place);
   std::optional<haptics::TissueVolume> site;

@@ -1,5 +1,5 @@
-// Writes an implant exercise from a plan: a scene with the site's tissue, and with the procedure's instruments and
-// steps.
+// Writes an implant exercise from a plan. The exercise is a scene with the tissue around the implant, and with the
+// instruments and steps of the procedure.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,11 @@ struct PlannedExercise {
   session::ImplantPlan plan;
 };
 
-/// Writes the scene `file`, after checking it as a session would. Tissue from a volume is cut to the site (15 mm
-/// around the implant), sampled with voxels of at most 0.15 mm, and moved so that the planned platform is at the
-/// point that the rigs show; it is written beside the scene, with the extension .vdb. Other tissue stays as the
-/// planner's scene defines it. Replaces only its own earlier results. Throws Error (also if the implant leaves the
-/// bone) or Cancelled; then nothing has changed.
+/// Writes the scene `file` after checking it as a session would do. If the tissue is a volume, the part within 15 mm
+/// around the implant is copied, with voxels of at most 0.15 mm. The copy is moved so that the planned platform is at
+/// the point that the rigs show, and written beside the scene with the extension .vdb. Other tissue stays as the
+/// planner's scene defines it. Replaces only files that it has written earlier. Throws Error (also if the implant
+/// leaves the bone) or Cancelled; then nothing has changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Progress& progress);
 
 }  // namespace typodont

@@ -12,13 +12,13 @@ namespace typodont {
 
 namespace {
 
-// Hounsfield units of tissues, only for pictures and mean values.
+// Hounsfield units of the tissues. They are used only for pictures and mean values.
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
-constexpr double kShortestCanal = 8e-3;  // m, lower limit of a canal's length
+constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
 constexpr double kSection = 2e-3;        // m, length of a section along a canal
-// lower limit of a section's size, relative to the median section; smaller sections are not used
+// ratio to the size of the median section; smaller sections are not used
 constexpr double kWholeSection = 0.6;
-constexpr int kSlab = 16;  // number of samples that are copied at a time along x
+constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
 constexpr std::array<glm::ivec3, 6> kFaces{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
                                            glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
@@ -126,9 +126,9 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        piece = distances_within_piece(piece.back().first);  // a search from one end to the other
-        // A path in steps along faces is longer than the canal, by a factor of up to √3. So the length is computed
-        // from the centres below.
+        piece = distances_within_piece(piece.back().first);  // distances from one end of the canal to the other
+        // The path goes from voxel to voxel through their faces, so it can be √3 times as long as the canal. The true
+        // length is computed below from the centres of the sections.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));
@@ -140,7 +140,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // The end sections are cut obliquely, so their centres are not on the canal's axis.
+        // The canal's end sections are cut obliquely. Their centres do not lie on the axis, so they are not used.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];
@@ -150,7 +150,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // The mean section is the volume between the first and the last centre, divided by the length between them.
+        // Mean cross-section: the volume between the first and the last centre, divided by the length between them.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

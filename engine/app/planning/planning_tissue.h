@@ -1,5 +1,5 @@
-// A jaw's tissue as plain samples, for planning: labels and grey values at any point, and the nerve canals.
-// Constructed once, then used by any thread.
+// A copy of a jaw's tissue as arrays of samples, for planning. Provides labels and grey values at any point, and the
+// nerve canals. After its construction, it may be used by any thread.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,24 @@
 
 namespace typodont {
 
-/// Points are in m, frame W.
+/// The tissue of a jaw. All points are in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies the labels and the hardness of the whole volume, at most kMostSamples samples. A larger volume is sampled
-  /// at every second voxel, or more coarsely.
+  /// Copies the labels and the hardness of the whole volume. At most kMostSamples samples are stored: of a larger
+  /// volume, only every second voxel per axis, or fewer.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMostSamples = 1e8;
 
-  /// Label of the sample nearest to p; kAir outside the tissue.
+  /// Tissue of the sample that is nearest to the position; kAir outside the tissue.
   Tissue at(const dvec3& p_W) const;
-  /// Grey value of the sample nearest to p, Hounsfield units: the tissue's own grey value times its hardness; −1000
-  /// in air.
+  /// Grey value of the sample that is nearest to the position, Hounsfield units. It is the tissue's own grey value
+  /// times its hardness, and −1000 in air.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
 
-  double spacing() const { return frame_.voxel; }  // m
+  double spacing() const { return frame_.voxel; }  // m, distance between two samples
   dvec3 lo_W() const { return frame_.to_world(dvec3(0)); }
   dvec3 hi_W() const { return frame_.to_world(dvec3(size_ - 1)); }
 
@@ -40,7 +40,7 @@ class PlanningTissue {
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Index of the sample nearest to p; the number of samples if p lies outside.
+  /// Index of the sample that is nearest to the position. Outside the tissue's box, it is the number of samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *
@@ -50,8 +50,9 @@ class PlanningTissue {
   bool inside(const glm::ivec3& p) const {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
-  /// Geodesic distances from `from`, in samples, within its connected piece of one tissue. The list is sorted, so the
-  /// farthest sample is last.
+  /// Computes the geodesic distances (along paths inside the tissue) from the sample `from` to all samples of its
+  /// connected piece of one tissue, counted in samples. The list is sorted by distance, so the farthest sample is the
+  /// last.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 
   VoxelFrame frame_;

@@ -1,5 +1,6 @@
-// An intraoral scan laid over the teeth of a cone beam CT: registration from picked points and by surfaces, and the
-// session in which a user picks these points. Frame S is that of the scan's file, frame C that of the CT.
+// An intraoral scan that is aligned with the teeth of a cone beam CT. Contains the registration by picked points and by
+// surfaces, and the class with which a user picks the points. Frame S is the frame of the scan's file, frame C the
+// frame of the CT.
 #pragma once
 
 #include <array>
@@ -18,43 +19,48 @@
 namespace typodont {
 
 struct ScanRegistration {
-  calibration::RegistrationResult start;  // from the picked points
-  calibration::SurfaceRegistration fine;  // X_DS is X_CS
+  calibration::RegistrationResult start;  // registration by the picked points
+  /// registration by the surfaces; its result X_DS is the pose X_CS of the scan in frame C
+  calibration::SurfaceRegistration fine;
 };
 
-/// Registers a scan from pairs of the same points, m, then by the surfaces of the teeth. `place`: origin of the pairs,
-/// and `file`: name of the scan, for messages. Throws Error if the pairs do not give a pose, or if the result cannot be
-/// trusted.
+/// Registers a scan. A first pose comes from pairs of equal points (m), the final pose from the surfaces of the teeth.
+/// For messages: `place` is the origin of the pairs, and `file` the name of the scan. Throws Error if the pairs do not
+/// give a pose, or if the result cannot be trusted.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
 
-/// Both surfaces with the points that the user picks in them. Main thread, except where it says so.
+/// The surfaces of scan and CT, with the points that the user picks in them. Main thread, except where another is
+/// stated.
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };
   static constexpr std::size_t kLeastPairs = 3;
 
-  /// Reads and closes the scan, and extracts the CT's surface. Any thread. `unit`: m per unit of the file. Throws
-  /// Error.
+  /// Reads the scan, closes its surface, and extracts the CT's surface. Any thread. `unit`: m, length of the unit in
+  /// which the file states coordinates. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
 
   SurfacePicture& view(Side side) { return views_[side]; }
   const SurfacePicture& view(Side side) const { return views_[side]; }
   const std::vector<dvec3>& points(Side side) const { return points_[side]; }
-  /// Adds the point at a place of the view's last picture. False beside the surface, or if the other side lacks points.
+  /// Adds a picked point. `place`: position in the last picture of this side. Returns false if there is no surface at
+  /// this position, or if the other side must get its point first.
   bool pick(Side side, const dvec2& place);
-  void drop_last();  // removes the latest point
+  void drop_last();  // removes the point that was picked last
   bool can_register() const {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }
 
-  /// Computes the registration of the picked points. Any thread, while nothing else changes. Throws Error.
+  /// Registers the scan by the picked points and the surfaces. Any thread, while nothing else changes. Throws Error.
   ScanRegistration registered() const;
-  /// Shows a registration: the scan over the CT, in colours of the distance between both. Picking a point discards it.
+  /// Shows a registration: the scan over the CT, coloured by the distance between them. Picking another point discards
+  /// it.
   void show(ScanRegistration registration);
   const std::optional<ScanRegistration>& registration() const { return registration_; }
-  /// Replaces the CT's crowns. Needs a registration. Any thread, while nothing else changes. Throws Error, Cancelled.
+  /// Replaces the CT's crowns by the scan. Requires a registration. Any thread, while nothing else changes. Throws
+  /// Error or Cancelled.
   haptics::Fused fused(Progress& progress) const;
 
  private:
@@ -63,12 +69,12 @@ class ScanFusion {
   std::shared_ptr<const haptics::DenseTissue> ct_;
   std::string name_;
   haptics::IntraoralScan scan_;
-  haptics::TissueMesh scan_mesh_;  // in S
-  haptics::TissueMesh ct_mesh_;    // in C
+  haptics::TissueMesh scan_mesh_;  // mesh of the scan, in frame S
+  haptics::TissueMesh ct_mesh_;    // mesh of the CT's surface, in frame C
   std::vector<glm::vec3> ct_colors_;
   std::array<SurfacePicture, 2> views_;
   std::array<std::vector<dvec3>, 2> points_;
-  std::vector<Side> order_;  // sides in the order of the picks
+  std::vector<Side> order_;  // the side of each picked point, in the order of picking
   std::optional<ScanRegistration> registration_;
 };
 

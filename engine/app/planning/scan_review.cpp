@@ -10,14 +10,15 @@ namespace typodont {
 
 namespace {
 
-constexpr double kSmallestRegion = 3e-3;  // m
-constexpr double kMargin = 1.06;          // width of a section that shows the whole scan, relative to the scan
-constexpr double kSmallestWidth = 10e-3;  // m, of a section
-// Number of samples of a coarse preview. Labels of so many samples are computed in about a second.
+constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
+// ratio: largest width of a section to the size of the scan
+constexpr double kMargin = 1.06;
+constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
+// Number of samples of a coarse preview. So many labels can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
-constexpr double kCoarseBand = 2;               // voxels, distance from the surface that a preview needs
-constexpr double kTooth = 30e-3;                // m, a longer scan shows a jaw
-constexpr std::array<int, 3> kNormal{2, 1, 0};  // axis across which each section cuts
+constexpr double kCoarseBand = 2;               // voxels, width of the band of distances that a preview needs
+constexpr double kTooth = 30e-3;                // m, threshold: a longer scan shows a jaw, not a single tooth
+constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
 
@@ -75,7 +76,8 @@ void ScanReview::set_width(double width) {
 }
 
 ScanPlanes ScanReview::planes() const {
-  // The patient's left is at the picture's right, as the observer faces the patient; the head is above.
+  // In the picture, the patient's left side is at the right, because the observer faces the patient. The head is at the
+  // top.
   const double to_left = scan_->space() == "RAS" ? -1 : 1, to_back = to_left;
   const dvec3 left(to_left, 0, 0), back(0, to_back, 0), head(0, 0, 1);
   const auto plane = [&](std::size_t section, const dvec3& right, const dvec3& up) {
@@ -106,7 +108,7 @@ glm::ivec3 ScanReview::walls_at(std::size_t section, const dvec3& p_F, double re
   glm::ivec3 walls(0);
   for (int a = 0; a < 3; ++a) {
     if (a == kNormal.at(section)) continue;
-    const int b = 3 - a - kNormal[section];  // the other axis of the section
+    const int b = 3 - a - kNormal[section];  // the second axis in the section's plane
     if (p_F[b] < region_.lo[b] - reach || p_F[b] > region_.hi[b] + reach) continue;
     const double from_lo = std::abs(p_F[a] - region_.lo[a]), from_hi = std::abs(p_F[a] - region_.hi[a]);
     if (std::min(from_lo, from_hi) <= reach) walls[a] = from_lo < from_hi ? -1 : 1;
@@ -173,12 +175,13 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  steps_.resize(done_);  // the content of the undone steps belongs to other labels
+  steps_.resize(done_);  // steps that were undone cannot be repeated any more, because they belong to other labels
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });  // replaced tissue
+  // removes the steps that replaced the tissue; they contain no corrections that could be applied again
+  std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }
 
@@ -244,7 +247,8 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  constexpr double kColour = 0.45, kOutside = 0.45;  // weight of the label's colour; brightness outside the region
+  // 0..1: weight of the label's colour over the grey value; brightness outside the region
+  constexpr double kColour = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();
   const auto within = [](const dvec3& p, const dvec3& a, const dvec3& b) {

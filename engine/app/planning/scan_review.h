@@ -1,6 +1,7 @@
-// A scan before its import: three sections with a crosshair, the region that is imported, its labels as a preview, and
-// corrections of the labels with undo. Has no window and no thread; the caller computes the labels that it requests.
-// Main thread. Positions are in m, in the scan file's coordinates (frame F).
+// A scan that a user examines before its import: three sections with a crosshair, the region that is imported, its
+// labels as a preview, and corrections of the labels with undo. This class has no window and no thread; the caller
+// computes the labels that it requests. Main thread. Positions are in m, in the coordinates of the scan's file (frame
+// F).
 #pragma once
 
 #include <array>
@@ -17,17 +18,17 @@
 
 namespace typodont {
 
-/// Sections of a scan: axial, coronal and sagittal.
+/// Number of sections of a scan: axial, coronal and sagittal.
 inline constexpr std::size_t kScanSections = 3;
 using ScanPlanes = std::array<SectionPlane, kScanSections>;
 
-/// How exactly the labels of the region are known.
+/// Accuracy of the region's labels: not computed, computed for fewer samples, computed for all voxels.
 enum class LabelDetail { kNone, kCoarse, kFull };
 
-/// Labels that should be computed: ScanVolume::import(options).
+/// A request for labels. The caller computes them with ScanVolume::import(options).
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // state of region and preset to which the labels belong
+  std::uint64_t revision = 0;  // state of region and preset to which the labels belong; see revision_
   haptics::ImportOptions options;
 };
 
@@ -37,75 +38,81 @@ class ScanReview {
 
   const std::shared_ptr<const haptics::ScanVolume>& scan() const { return scan_; }
 
-  // The view.
+  // Functions for the shown sections. The crosshair is the point through which all three sections pass.
   const dvec3& crosshair() const { return crosshair_; }
-  void look_at(const dvec3& p_F);  // moves the crosshair; a point outside the scan becomes the nearest inside
-  /// Moves the crosshair by `slices` voxels along the section's normal.
+  /// Moves the crosshair to the point. If the point is outside the scan, moves it to the nearest point inside.
+  void look_at(const dvec3& p_F);
+  /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
-  /// Width of each section, m: from 10 mm to the whole scan. A changed width centres the sections at the crosshair.
+  /// Width of the shown part of each section, m: from 10 mm to the size of the whole scan. After a change, the
+  /// crosshair is in the middle of each section.
   double width() const { return width_; }
   double whole_width() const { return whole_; }
   void set_width(double width);
   ScanPlanes planes() const;
-  /// The letters of the patient's sides at the left and at the right edge of a section: R and L, A and P; empty if the
-  /// scan does not state its coordinates.
+  /// The letters at the left and right edge of a section, which name the patient's sides: R and L, or A and P. Empty if
+  /// the scan does not state the orientation of its coordinates.
   std::array<std::string_view, 2> sides(std::size_t section) const;
 
-  // The region.
+  // Functions for the region of the scan that will be imported.
   const haptics::ImportRegion& region() const { return region_; }
-  void set_region(const haptics::ImportRegion& region);  // is limited to the scan and to a size of at least 3 mm
-  /// The walls of the region whose edges are within `reach` (m) of p in this section: −1 the lower, +1 the upper wall
-  /// of each axis, 0 none.
+  /// Sets the region. It is limited to the scan, and is at least 3 mm wide.
+  void set_region(const haptics::ImportRegion& region);
+  /// Finds the faces of the region's box that can be dragged in this section: their edges are within `reach` (m) of the
+  /// point. Returns for each axis −1 for the lower face, +1 for the upper face, 0 for none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
-  /// True while the user drags a wall; until it ends, only coarse labels are requested.
+  /// Set to true while the user drags a face of the region. During this time, only coarse labels are requested.
   void set_dragging(bool dragging);
 
-  // The labels.
+  // Functions for the labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// Requests labels at the scan's own voxel size. After a drag this happens by itself.
+  /// Requests labels with the scan's own voxel size. After the user has dragged a face, they are requested
+  /// automatically.
   void want_full() { full_wanted_ = true; }
-  /// The labels that are missing and should be computed next; coarse ones first.
+  /// Returns the labels that should be computed next, if any are missing. Coarse labels come before full labels.
   std::optional<LabelRequest> request() const;
-  /// Shows the labels of a request. Labels of an earlier region replace only coarse ones. The corrections are applied
-  /// to full labels again.
+  /// Receives the labels of a request. Labels of an earlier region are used only if the present labels are coarse. The
+  /// corrections are applied again to full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
-  /// The computation of a request failed or was cancelled, and is not requested again for this region.
+  /// Reports that the computation of a request failed or was cancelled. These labels are not requested again for the
+  /// present region.
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
-  /// True if the labels are those of the present region.
+  /// True if the labels belong to the present region and preset.
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
-  /// Null: there are no labels yet.
+  /// The labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
-  const PerTissue& volumes() const { return volumes_; }  // m³
-  /// Options of an import of the region with full labels.
+  const PerTissue& volumes() const { return volumes_; }  // m³, volume of each tissue
+  /// Options for importing the region with full labels.
   haptics::ImportOptions options() const;
 
-  // Corrections; they need full labels of the present region.
+  // Functions for corrections. A correction requires full labels of the present region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
-  /// Applies a correction. `joins`: it belongs to the latest one and is undone with it, as a stroke's segments do.
+  /// Applies a correction. `joins`: true if it continues the last correction and is undone with it, like the next
+  /// segment of a brush stroke.
   void correct(const haptics::Correction& correction, bool joins = false);
   bool can_undo() const { return can_correct() && done_ > 0; }
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
   void undo();
   void redo();
-  /// Replaces the tissue by one with the same samples, for example with the crowns of an intraoral scan. It is undone
-  /// like a correction, but is lost with the present labels.
+  /// Replaces the tissue by tissue on the same sample grid, for example with the crowns of an intraoral scan. This can
+  /// be undone like a correction. When the labels are computed again, the replacement is lost.
   void replace(haptics::DenseTissue tissue);
-  /// The corrections that are in effect, in order; without replaced tissue.
+  /// The corrections that were not undone, in order. Replaced tissue is not included.
   std::vector<haptics::Correction> corrections() const;
 
-  /// Draws a section: grey values, the labels as a colour over them, darker outside the region. `pixels`: width and
-  /// height.
+  /// Draws a section: the grey values with the colours of the labels, darker outside the region. `pixels`: width and
+  /// height of the picture.
   render::Picture picture(const SectionPlane& plane, int pixels) const;
-  /// A number that changes with everything that picture() and planes() show.
+  /// A number that increases whenever the result of picture() or planes() changes.
   std::uint64_t changes() const { return changes_; }
 
  private:
   struct Step {
     std::vector<haptics::Correction> corrections;
-    std::vector<haptics::BoxContent> before;  // after undo(): the content afterwards
+    std::vector<haptics::BoxContent> before;  // content before the correction; after undo(), the content after it
   };
 
   void apply(Step& step, const haptics::Correction& correction);
@@ -113,21 +120,21 @@ class ScanReview {
 
   std::shared_ptr<const haptics::ScanVolume> scan_;
   dvec3 crosshair_, centre_;
-  double whole_ = 0, width_ = 0;  // m
+  double whole_ = 0, width_ = 0;  // m, width of the whole scan, and width of the shown part
   haptics::ImportRegion region_;
   haptics::ImportPreset preset_ = haptics::ImportPreset::kTooth;
   bool dragging_ = false, full_wanted_ = false;
-  std::uint64_t revision_ = 1;  // of region and preset
+  std::uint64_t revision_ = 1;  // number that increases whenever the region or the preset changes
   LabelDetail detail_ = LabelDetail::kNone, given_up_ = LabelDetail::kNone;
   std::uint64_t labels_revision_ = 0;
   haptics::Imported labels_;
   PerTissue volumes_{};
   std::vector<Step> steps_;
-  std::size_t done_ = 0;  // number of steps in effect; the others were undone
+  std::size_t done_ = 0;  // number of correction steps that were not undone
   std::uint64_t changes_ = 0;
 };
 
-/// Colour of a tissue's label over the grey values, sRGB 0..255.
+/// Colour in which the label of a tissue is drawn over the grey values, sRGB 0..255.
 glm::dvec3 label_color(Tissue tissue);
 
 }  // namespace typodont

@@ -27,8 +27,8 @@ namespace typodont {
 
 namespace {
 
-/// Path of a file that a recording names. If the recording was made with another installation, the path of its assets
-/// is replaced by that of this installation's assets.
+/// Path of a file that a recording names. If the recording comes from another computer, the path of that computer's
+/// assets is replaced by the path of this computer's assets.
 std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
   std::filesystem::path shipped;
   bool in_assets = false;
@@ -41,9 +41,10 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
   return find_file(path, place);
 }
 
-/// Checks the files that a recording names: throws Error if one has changed, because a replay would use another tissue.
+/// Checks the files that a recording names. Throws Error if a file has changed, because the replay would use other
+/// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene and the last one the rig; the session contains both.
+  // The first file is the scene, and the last is the rig. They are not compared, because the session contains both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -52,7 +53,7 @@ void require_same_files(const session::SessionHeader& header, const ScenePlace& 
   }
 }
 
-/// Folders, besides the assets, in which a session's scene may name files.
+/// Folders in which a session's scene may name files, in addition to the assets.
 std::vector<std::filesystem::path> folders_of(const std::filesystem::path& session) {
   namespace fs = std::filesystem;
   std::error_code code;
@@ -71,8 +72,8 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording some numbers are missing, so the carver assigns new numbers to
-/// the cuts.
+/// Applies the next cut. The numbers of recorded cuts are not consecutive after a gap in the recording, so the carver
+/// assigns new numbers.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -85,7 +86,8 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  constexpr int kMostRecordings = 32;  // limit of the length of a chain of recordings that continue each other
+  // limit of the number of recordings in a chain, in which each continues the one before
+  constexpr int kMostRecordings = 32;
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
@@ -130,7 +132,7 @@ haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const
 }
 
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t) {
-  std::uint64_t first = 0, end = session.tick_count();  // bisection: the wanted tick lies in [first, end)
+  std::uint64_t first = 0, end = session.tick_count();  // Bisection: the wanted tick lies in [first, end).
   while (end - first > 1) {
     const std::uint64_t middle = first + (end - first) / 2;
     (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
@@ -162,7 +164,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies the edits that were made before patch number `patches` + 1 was created.
+  // Applies the edits (undo and redo) that were made before the patch with the number `patches` + 1.
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

@@ -1,4 +1,5 @@
-// Replays a session from its recorded hand, bit for bit. Each patch is adopted at the same tick as in the session.
+// Replays a session from its recorded hand, bit for bit. The servo begins to use each patch at the same tick as in the
+// session.
 #pragma once
 
 #include <cstdint>
@@ -19,15 +20,15 @@ class Carver;
 }
 
 struct ReplayResult {
-  // true: all data that the score depends on is equal (stream_check.h), from the first tick to the last
+  // True if all data that the score depends on is equal from the first tick to the last (see stream_check.h).
   bool identical = false;
-  bool truncated = false;  // the recording was cut off and is compared up to its end
+  bool truncated = false;  // true: the recording was cut off, so it is compared only up to its end
   double seconds = 0;
   std::uint64_t ticks = 0;
   std::uint64_t ticks_with_faults = 0;
-  std::uint64_t first_difference = 0;  // index of the first tick that differs; valid if `identical` is false
+  std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
-  std::string what_differs;  // description of the first difference; empty if identical
+  std::string what_differs;  // describes the first difference; empty if there is none
 };
 
 /// Replays a session and compares it with its recording. Throws Error if the file is not a session, or if its tissue is
@@ -35,41 +36,43 @@ struct ReplayResult {
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 
-/// Result of running the recorded hand in a changed scene, for example with another coupling, friction, filter or
-/// tissue.
+/// Result of running the recorded hand in a changed scene, for example with another coupling or tissue.
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
-  double force_off_rms = 0, force_off_max = 0;  // N, difference of the two forces over all ticks
-  double force_max = 0, force_max_before = 0;   // N, largest force in the new run and in the recording
-  double tool_off_rms = 0, tool_off_max = 0;    // m, difference of the drawn tool positions
-  double removed = 0, removed_before = 0;       // m³, removed volume in the new run and in the recording
+  /// N, difference between the new and the recorded force over all ticks: root mean square, and largest
+  double force_off_rms = 0, force_off_max = 0;
+  double force_max = 0, force_max_before = 0;  // N, largest force in the new run and in the recording
+  /// m, difference between the new and the recorded position of the drawn tool: root mean square, and largest
+  double tool_off_rms = 0, tool_off_max = 0;
+  double removed = 0, removed_before = 0;  // m³, removed volume in the new run and in the recording
 };
-/// The session's scene with changes: the keys of `overrides` (a JSON object) replace the scene's own keys; null
-/// removes a key. Throws Error.
+/// Returns the session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null
+/// value removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
-/// Feeds the recorded hand to the scene's servo, tick by tick. `out`: file for the new session (.h5); empty: the new
-/// session is not stored.
+/// Runs the servo of `scene` with the recorded hand, tick by tick. `out`: file in which the new session is stored
+/// (.h5); empty: it is not stored.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 
-/// The scene of a session. The session file may be untrusted. So the files that it names must be in the session's own
-/// folder, in the assets, or in a folder of $TYPODONT_FILES; for a session in the user's folder they may also be in
-/// that folder. `recordings`: length of the chain of recordings that leads to this session. Throws Error if the tissue
-/// is missing or has changed, or if the chain is too long.
+/// Loads the scene of a session. The session file may be untrusted. So the files that it names must be in its own
+/// folder, in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, they may also be
+/// there. `recordings`: number of recordings that were resumed one after another to reach this session. Throws Error if
+/// the tissue is missing or has changed, or if this number is too large.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
-/// The carver of a recorded session at time t: `start` after all cuts and edits up to t.
+/// Makes the carver that a recorded session had at time t: the tissue `start` after all cuts and edits up to t.
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t);
-/// The tissue at time t of a session, and at its end, computed from the initial tissue `start` and the recorded cuts.
+/// Returns the tissue at time t of a session (or at its end), computed from the initial tissue `start` and the recorded
+/// cuts.
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
                                 Nanos t);
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
                                     haptics::TissueVolume start);
 
-/// Index of the last tick that is not after t; if all ticks are after t, index of the first tick. The session must
-/// have ticks.
+/// Index of the last tick at or before the time t; if all ticks are later, of the first tick. The session must contain
+/// ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 

@@ -1,4 +1,4 @@
-// Makes a device of the hand in a recorded session: --hand replay:SESSION.h5.
+// Uses the hand of a recorded session as a device: --hand replay:SESSION.h5.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace typodont {
 
-/// Returns pose and pedal of the recorded ticks, interpolated to `rate` (Hz); ignores forces. Throws Error if the file
-/// is not a session or has no ticks.
+/// Returns a device that gives pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores forces.
+/// Throws Error if the file is not a session or contains no ticks.
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::path& session_file, double rate,
                                                         bool paced);
 
-/// Adds "replay:" to the addresses of haptics::open_hand. Set-up time, once.
+/// Adds "replay:" to the addresses that haptics::open_hand understands. Call it once, at set-up.
 void add_replay_driver();
 
 }  // namespace typodont

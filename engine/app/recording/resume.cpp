@@ -14,7 +14,7 @@ namespace typodont {
 
 namespace {
 
-/// The tissue from which the scene continues. Throws Error if its voxel grid differs from the grid of `untouched`.
+/// Loads the tissue from which the scene continues. Throws Error if its voxel grid differs from that of `untouched`.
 haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched) {
   const std::filesystem::path file = find_file(scene.resume, scene.place);
   haptics::TissueVolume tissue = [&] {

@@ -27,7 +27,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   std::error_code code;
   if (std::filesystem::exists(scene_file, code)) {
     header.files.push_back(session::describe_file(scene_file));
-  } else {  // a program passed the scene as text, so no file exists
+  } else {  // a program has passed the scene as text, so there is no scene file
     Fnv1a hash;
     hash.bytes(scene.text.data(), scene.text.size());
     header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});
@@ -155,8 +155,8 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;  // ns, time between samples of the sound's parameters
-// ns, limit: if a fault ends and returns sooner than this, it is not recorded again
+constexpr Nanos kSoundEvery = 10'000'000;  // ns, time between two samples of the parameters of the sound
+// ns, limit: a fault that ends and returns within this time is not recorded again
 constexpr Nanos kFaultAgain = kNanosPerSecond;
 
 std::vector<bool> rotating_tools(const Scene& scene) {

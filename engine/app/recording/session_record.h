@@ -1,4 +1,4 @@
-// Creates the data of a session file, except the ticks.
+// Creates all data of a session file except the ticks.
 #pragma once
 
 #include <array>
@@ -18,36 +18,38 @@
 
 namespace typodont {
 
-/// The header of a session: the complete scene and rig, hashes of their files, the hand, the initial volumes.
+/// Makes the header of a session: the complete scene and rig, hashes of their files, the hand, and the volume of each
+/// tissue at the start.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// Stream of the second hand: pose and pedal, on the session's clock.
+/// Describes the stream with pose and pedal of the second hand. Its times are those of the session's clock.
 session::StreamSpec left_hand_stream();
 
-/// Stream of the eyes in front of a screen, and of the view; one row per change.
+/// Describes the stream with the position of the eyes in front of a screen, and with the view. It has one row per
+/// change.
 session::StreamSpec head_stream();
-/// Stream of the handpiece's water and of the suction (0 or 1); one row per change.
+/// Describes the stream with the state (0 or 1) of the handpiece's water and of the suction. It has one row per change.
 session::StreamSpec water_stream();
-/// Name of a view: "look", "section", "xray", "difference".
+/// Returns the name of a view: "look" (normal), "section", "xray" or "difference".
 std::string_view view_name(render::View view) noexcept;
-/// Stream of the pictures on a screen; one row per frame.
+/// Describes the stream with the frames on a screen. It has one row per frame.
 session::StreamSpec picture_stream();
 std::vector<double> picture_stream_row(const PictureTiming& timing);
-/// Stream of the pictures in a headset; one row per frame.
+/// Describes the stream with the frames in a headset. It has one row per frame.
 session::StreamSpec xr_stream();
 std::vector<double> xr_stream_row(const display::HmdTiming& timing);
-/// Stream of the synthesizer's input, a hundred times per second.
+/// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
 session::StreamSpec sound_stream();
 
-/// Derives events from the ticks: change of the tool, start of a fault, input of the sound. Must get every tick in
-/// order. Used on the recorder's thread.
+/// Finds events in the ticks and writes them: a change of the tool, the start of a fault, and the input of the sound.
+/// It must receive every tick, in order. Recorder's thread.
 class TickNotes {
  public:
-  /// `sound`: index of the sound's stream; empty if there is no sound.
+  /// `sound`: number of the stream for the sound; empty if there is no sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
-  /// Adds a tick. `sound_latency`: s, time from a tick to its sound, NaN if unknown.
+  /// Adds a tick. `sound_latency`: s, time from a tick to its sound; NaN if it is unknown.
   void add(const ServoTick& tick, session::SessionWriter& writer,
            double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
 
@@ -61,7 +63,7 @@ class TickNotes {
   std::array<Nanos, 32> fault_seen_{};  // last time at which each fault bit was set
 };
 
-/// The result of a session: final volumes, distance to the pulp, hash of the distance field.
+/// Makes the result of a session: volume of each tissue at the end, distance to the pulp, hash of the distance field.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

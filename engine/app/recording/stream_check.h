@@ -1,6 +1,6 @@
 // Compares a replay with all data of a recording that the score depends on: every column of the ticks, every cut, the
-// initial and final volumes, the final tissue. It does not compare the inputs of the replay: the hand's pose and pedal,
-// the scene with its rules, the ticks at which patches were adopted, undone strokes.
+// volumes of the tissues at start and end, and the final tissue. The inputs of the replay are not compared: the hand's
+// pose and pedal, the scene with its rules, the ticks at which the servo began to use a patch, and undone strokes.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,26 @@
 
 namespace typodont {
 
-/// Compares ticks and cuts, which must be passed in order. Data after the recording's first gap is not compared. One
-/// thread.
+/// Compares ticks and cuts, which must be passed in order. Data after the first gap of the recording is not compared.
+/// One thread.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);
 
   struct Difference {
     std::uint64_t tick;  // index of the tick
-    std::string what;    // description, for example "force at tick 12"
+    std::string what;    // description of the difference, for example "force at tick 12"
   };
-  /// The first difference; empty while there is none.
+  /// The first difference; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// False after the first gap, because there the recording lacks input of the servo.
+  /// True if this tick can be compared. After the first gap, it cannot, because the recording lacks input of the servo.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);
   void tick(const ServoTick& replayed, const ServoTick& recorded);
   /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// Compares the final tissue. Call this function after the last tick.
+  /// Compares the final tissue. Call it after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:
@@ -40,7 +40,7 @@ class StreamCheck {
   void volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when);
 
   const session::SessionReader& session_;
-  std::uint64_t last_tick_;  // index of the last tick before the first gap
+  std::uint64_t last_tick_;  // index of the last tick before the recording's first gap
   std::uint64_t now_ = 0;    // index of the latest tick
   std::size_t cut_ = 0;      // index of the next recorded cut
   std::optional<Difference> difference_;

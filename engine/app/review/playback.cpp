@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kJump = 5;  // s, step of an arrow key
+constexpr double kJump = 5;  // s, time by which an arrow key moves the playback
 constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
 
 display::DisplayRig rig_of(const PlaybackOptions& options) {
@@ -56,7 +56,7 @@ display::DisplayRig rig_of(const PlaybackOptions& options) {
   return rig;
 }
 
-/// One recording and its picture.
+/// One of the recordings that are played, with its picture.
 class Side {
  public:
   Side(const fs::path& file, std::string name, session::Language language)
@@ -95,7 +95,7 @@ class Side {
   }
   const std::string& view() const { return view_; }
 
-  /// Moves to `t` seconds after the recording's beginning. `dt`: s since the last picture.
+  /// Shows the state `t` seconds after the beginning of the recording. `dt`: s since the last picture.
   void go(double t, double dt) {
     player_.seek(player_.begin() + t);
     std::vector<render::MeshUpdate> surface = player_.take_surface();
@@ -125,7 +125,7 @@ class Side {
     }
     stage_->hold_mirror(mirror_);
   }
-  /// Chooses the level of detail for the next picture from the statistics of the last one.
+  /// Chooses the level of detail of the next picture from the statistics of the last picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
@@ -147,7 +147,7 @@ class Side {
   }
 
  private:
-  /// Mouth mirror or suction tip where the recorded second hand holds it.
+  /// Draws the mouth mirror or the suction tip at the recorded pose of the second hand.
   void hold_other_hand() {
     const Scene& scene = player_.scene();
     nozzle_ = scene.suction;
@@ -162,13 +162,13 @@ class Side {
     stage_->hold_suction(tip);
     if (nozzle_) nozzle_->p_W = hand->X_WT.p;
   }
-  /// Water and suction as they were switched in the session.
+  /// Switches water and suction on or off as in the recorded session.
   void switch_water() {
     const WaterSwitch water = player_.water();
     debris_->spray(water.spray);
     debris_->suck(water.suction ? nozzle_ : std::nullopt);
   }
-  /// Computes the inner bodies of a view again if the tissue was cut.
+  /// Computes the bodies inside the tooth again if the view needs them and the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;
@@ -177,7 +177,7 @@ class Side {
       const dvec3 away = glm::normalize(player_.tick().X_WG.p - stage_->rig().head.eye_center), up(0, 0, 1);
       const dvec3 level = away - up * glm::dot(away, up);
       const dvec3 n = glm::length(level) > 0.2 ? glm::normalize(level) : dvec3(0, 1, 0);
-      if (inside_cuts_ == ~std::uint64_t{0}) {  // a fixed section through the middle of the work
+      if (inside_cuts_ == ~std::uint64_t{0}) {  // the section plane is fixed and passes through the middle of the work
         dvec3 middle(0);
         for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
         const auto count = static_cast<double>(player_.session().cuts().size());
@@ -217,7 +217,7 @@ class Side {
   glm::dvec4 plane_{0, 0, 1, 0};
 };
 
-/// The sessions, the screen, and the state of the playback.
+/// The playback with its sessions, the screen and its state.
 class Playback {
  public:
   explicit Playback(const PlaybackOptions& options) {
@@ -241,7 +241,7 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // A film may take any time, but a window needs smooth motion. So the quality is lowered only for a window.
+    // The quality is lowered only for a window, which needs smooth motion. A film may take any time.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

@@ -1,5 +1,5 @@
-// Plays recorded sessions: in a window with seeking, speed, loop and viewpoint, or as a film. Plays one session, or two
-// sessions side by side. Drawing thread.
+// Plays one recorded session, or two sessions side by side. It plays them in a window with controls for position,
+// speed, loop and viewpoint, or writes a film. Drawing thread.
 #pragma once
 
 #include <filesystem>
@@ -15,17 +15,18 @@ class Progress;
 
 struct PlaybackOptions {
   std::filesystem::path session;
-  std::filesystem::path beside;  // a second session, shown at the right; empty: none
+  std::filesystem::path beside;  // a second session that is shown at the right; empty if there is none
   std::string rig;  // rig file, or the name of a rig in assets/rigs; empty: "window", or "closeup" for a film
-  std::optional<dvec3> eye_W;   // m, midpoint between the eyes; empty: the rig's value
+  std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig's value
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's value
-  double magnify = 0;           // magnification; 0: the rig's value
-  double from = -1, to = 1e18;  // s, range of the recording to play
-  double speed = 1;             // factor on the recorded speed; negative: backwards
-  int loops = 1;                // repetitions of a film; in a window 0 plays once, any other value repeats forever
+  double magnify = 0;           // magnification of the picture; 0: the rig's value
+  double from = -1, to = 1e18;  // s, range of the recording that is played
+  double speed = 1;             // ratio to the recorded speed; negative: backwards
+  /// number of times that a film plays the range; in a window, 0 plays it once and any other value repeats it for ever
+  int loops = 1;
   double fps = 30;
-  std::string view = "look";   // name of the view: look (normal), section, xray, difference
-  std::filesystem::path film;  // .mp4 file; empty: a window
+  std::string view = "look";   // name of the view: look (normal), section, xray or difference
+  std::filesystem::path film;  // .mp4 file that is written; empty: the session is shown in a window
   int monitor = -1;
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
@@ -33,13 +34,13 @@ struct PlaybackOptions {
 struct PlaybackResult {
   std::uint64_t frames = 0;
   double seconds = 0;   // s, duration of the film
-  std::string message;  // names data that is missing in the film; empty if it is complete
+  std::string message;  // lists the data that the film does not show; empty if it shows everything
 };
 
-/// Plays the sessions until the window is closed. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws
-/// Error, RunFailure.
+/// Plays the sessions until the user closes the window. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws
+/// Error or RunFailure.
 void show_session(const PlaybackOptions& options);
-/// Makes a film. The film has sound if it plays forward, at normal speed, once. Throws Error, RunFailure.
+/// Writes a film. It has sound only if it plays forward, once, at normal speed. Throws Error or RunFailure.
 PlaybackResult film_session(const PlaybackOptions& options, Progress& progress);
 
 }  // namespace typodont

@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr std::uint64_t kBlock = 4096;  // number of ticks read at once
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read together
 constexpr double kSlowest = 0.125, kFastest = 16;
 
 }  // namespace
@@ -31,7 +31,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Keeps the order of the changes, even if the clocks of two threads differ.
+  // Makes the times increase, because the clocks of two threads may differ. The recorded order of the changes is kept.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -46,7 +46,7 @@ const session::StreamData* SessionPlayer::stream(std::string_view name) const {
 
 namespace {
 
-/// Index of the last row that is not after t; the first row if all are.
+/// Index of the last row at or before the time t; if all rows are later, of the first row.
 std::size_t row_at(const session::StreamData& data, Nanos t) {
   const auto after = std::upper_bound(data.t.begin(), data.t.end(), t);
   return after == data.t.begin() ? 0 : static_cast<std::size_t>(after - data.t.begin()) - 1;
@@ -87,7 +87,8 @@ void SessionPlayer::smooth_to(float tolerance) {
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
   std::vector<render::MeshUpdate> surface = view_->update(*carver_);
-  // After a restart of the tissue, all its bricks are updated, and shown bricks that no longer exist are removed.
+  // If playback restarts with the initial tissue, all bricks are sent again, and bricks that no longer exist are
+  // removed.
   std::set<std::uint64_t> gone;
   if (std::exchange(anew_, false)) gone.swap(shown_);
   for (const render::MeshUpdate& brick : surface) {
@@ -106,8 +107,7 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // If playback starts later, the first cut does not have number 1, so the carver assigns new numbers to the
-      // cuts.
+      // The first cut that is played may have any number. So the carver assigns new numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -133,7 +133,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // if the number differs, the stroke changed nothing and was discarded
+      // Another number of strokes means that the last stroke changed nothing and was discarded; then there is nothing
+      // to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

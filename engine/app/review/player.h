@@ -1,5 +1,5 @@
-// Plays back a recorded session: tissue and tool at any time, forward and backward. It applies the recorded cuts in
-// order, including strokes that were undone later. Drawing thread.
+// Plays a recorded session: computes tissue and tool at any time, forward and backward. The recorded cuts are applied
+// in order, including strokes that were undone later. Drawing thread.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@
 
 namespace typodont {
 
-/// The second hand, which holds the mouth mirror or the suction tip.
+/// The second hand, which holds a mouth mirror or a suction tip.
 struct OtherHand {
   Pose X_WT;
 };
 
 class SessionPlayer {
  public:
-  /// Opens a session at its first tick. Throws Error if the file is not a session with ticks, or if its tissue is
-  /// missing or has changed.
+  /// Opens a session and shows its first tick. Throws Error if the file is not a session with ticks, or if its tissue
+  /// is missing or has changed.
   explicit SessionPlayer(const std::filesystem::path& session);
 
   const session::SessionReader& session() const { return session_; }
@@ -33,36 +33,36 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to time t, s. A move forward applies the cuts in between. A move backward undoes the strokes in between
-  /// and repeats a part of the last one.
+  /// Moves to the time t, s. A move forward applies the cuts in between. A move backward undoes all strokes that end
+  /// after t, and repeats the part of the earliest of them that lies before t.
   void seek(double t);
-  /// The last tick that is not after the present time.
+  /// The last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
-  /// Cuts applied by the last forward seek(); they create the chips.
+  /// The cuts that the last seek() applied when it moved forward. The picture creates chips from them.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
   /// Pose of the second hand at the present time; empty if the session has none.
   std::optional<OtherHand> other_hand() const;
-  /// Water and suction at the present time: as recorded, otherwise as the scene begins.
+  /// State of water and suction at the present time. If it was not recorded, it is the state at the start of the scene.
   WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
-  /// Sets the mesh tolerance in voxels; all bricks are then meshed again.
+  /// Sets the tolerance of the mesh, voxels. All bricks are then meshed again.
   void smooth_to(float tolerance);
-  /// Bricks that changed since the last call.
+  /// Returns the bricks that have changed since the last call.
   std::vector<render::MeshUpdate> take_surface();
 
  private:
-  /// A change of the tissue: a cut or an edit.
+  /// A change of the tissue: a cut, or an edit (undo or redo).
   struct Deed {
     Nanos t = 0;
-    const Cut* cut = nullptr;  // the cut; null: the change is an edit
+    const Cut* cut = nullptr;  // the cut; null if the change is an edit
     bool redo = false;
   };
   /// Data that is needed to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // index of the first change in deeds_
-    std::size_t strokes;  // number of the tissue's strokes before the change
-    bool forgets;         // the change discards undone strokes, so it cannot be undone here
+    std::size_t first;    // index in deeds_ of the first change that this entry reverts
+    std::size_t strokes;  // number of strokes before the change
+    bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
   };
   void from_the_start();
   void go_back(Nanos t);
@@ -76,31 +76,32 @@ class SessionPlayer {
   double begin_ = 0, end_ = 0;
   std::vector<Deed> deeds_;
   std::optional<haptics::Carver> carver_;
-  std::size_t next_ = 0;  // index in deeds_ of the next change
+  std::size_t next_ = 0;  // index of the next change in deeds_
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
-  std::vector<ServoTick> block_;  // ticks that were read together
+  std::vector<ServoTick> block_;  // the ticks that were read together
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
-  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() returned
-  bool anew_ = false;              // the carver was restarted since the last take_surface()
+  std::set<std::uint64_t> shown_;  // the bricks that take_surface() returned with triangles
+  /// true: playback has restarted with the initial tissue since the last call of take_surface()
+  bool anew_ = false;
 };
 
-/// State of the playback: position, speed, loop. Independent of any clock.
+/// State of the playback: position, speed, loop. It does not read a clock.
 struct PlayClock {
-  double begin = 0, end = 1;  // s, range that can be played
-  double from = 0, to = 1;    // s, range of the loop
+  double begin = 0, end = 1;  // s, range of times that can be played
+  double from = 0, to = 1;    // s, range of times that is repeated in a loop
   double at = 0;              // s, present position
-  double speed = 1;           // factor on the recorded speed; negative: backwards
+  double speed = 1;           // ratio to the recorded speed; negative: backwards
   bool paused = false, loop = false;
-  bool over = false;  // playback has reached its end; never true with a loop
+  bool over = false;  // true: the playback has reached its end; never true if the range is repeated
 
   void set_range(double a, double b);
-  /// Advances by `dt` seconds of real time.
+  /// Advances the position by `dt` seconds of real time, multiplied by the speed.
   void advance(double dt);
   void seek(double t);
-  /// Doubles or halves the speed, between 1/8 and 16.
+  /// Doubles (`up`) or halves the speed. The speed stays between 1/8 and 16.
   void faster(bool up);
 };
 

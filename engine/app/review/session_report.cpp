@@ -15,11 +15,12 @@ namespace typodont {
 
 namespace {
 
-constexpr float kTolerance = 0.3f;  // voxels, limit of the distance of the report's triangles from the surface
+constexpr float kTolerance = 0.3f;  // voxels, limit of the distance between the report's triangles and the surface
 
-constexpr int kMostLabels = 200;  // limit of the samples along a side; they add some hundred kilobytes to a page
+// limit of the number of label samples per side; they add some hundred kilobytes to a page
+constexpr int kMostLabels = 200;
 
-/// Returns the label of every n-th voxel; n is chosen so that no side has more than kMostLabels.
+/// Copies the label of every n-th voxel. n is so large that there are at most kMostLabels samples per side.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
@@ -33,12 +34,13 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Limit of the number of a body's own triangles; at the limit, they take some ten megabytes of a page. If there are
-/// more triangles, the page shows the field's surface.
+/// Limit of the number of triangles that are copied from a tissue mesh; so many triangles add some ten megabytes to a
+/// page. A larger mesh is shown by the surface of its distance field.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// Makes the model. `own`: use the triangles of volume.mesh() instead of those of the field. `ideal`: field with
-/// recomputed distances; null: the model has no deviations.
+/// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false those of the distance
+/// field. `ideal`: distance field of the ideal with recomputed distances; null: the model shows no differences to the
+/// ideal.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
@@ -81,7 +83,8 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     EvaluatedSession judged = evaluate_session(session);
-    // An open mesh has no inside; its field was closed with a cap or made a shell.
+    // An open mesh encloses no volume. Its distance field was computed from a mesh that was closed with a cap or
+    // thickened to a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);
@@ -108,7 +111,8 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// The sessions in the folder that satisfy `wanted`, except this one. Files that are not sessions are skipped.
+/// Reads the sessions in the folder for which `wanted` is true, except this one. Files that are not sessions are
+/// skipped.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

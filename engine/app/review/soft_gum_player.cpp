@@ -8,9 +8,10 @@ namespace typodont {
 
 namespace {
 
-// N/m; so stiff that the recorded tool, which the gum has already pushed away, is not displaced again
+// N/m, stiffness of the tool. In the recording, the gum has already displaced the tool. With this large stiffness, the
+// gum does not displace it again.
 constexpr double kRigid = 1e6;
-constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read at once
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read together
 
 }  // namespace
 

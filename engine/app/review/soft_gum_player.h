@@ -1,5 +1,5 @@
-// The soft gum of a recorded session at any time. The drawn tool of each recorded tick presses and cuts the gum
-// again.
+// The soft gum of a recorded session at any time. It is computed again: the drawn tool of each recorded tick presses
+// and cuts the gum.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ class SoftGumPlayer {
   /// `player` and `around` must outlive this object.
   SoftGumPlayer(const SessionPlayer& player, std::shared_ptr<const haptics::SoftSurface> surface,
                 const Surroundings& around);
-  /// Continues to the player's present tick. If the player moved backward, it starts again at the beginning of the
+  /// Continues up to the player's present tick. If the player has moved backward, starts again at the beginning of the
   /// session.
   void follow();
   const SoftGumView& view() const { return view_; }
@@ -29,7 +29,7 @@ class SoftGumPlayer {
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::optional<haptics::SoftTissue> tissue_;
   SoftGumView view_;
-  std::uint64_t next_ = 0;  // index of the next tick
+  std::uint64_t next_ = 0;  // index of the next tick to process
   Nanos last_t_ = 0;
 };
 

@@ -32,12 +32,12 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, limit of the data that may wait for a reader; about 100 messages
+// bytes, limit of the unsent data for a reader; about 100 messages
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes, size limit of a reader's request
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes, limit of the size of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
-/// A non-blocking socket.
+/// A socket whose calls never block.
 class Socket {
  public:
   Socket() = default;
@@ -110,17 +110,16 @@ Socket open_socket(const Address& address, const std::string& text) {
 /// A program that is connected by WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;     // the reader's request; incomplete at first
-  std::string waiting;   // data to send
-  bool greeted = false;  // the handshake is complete
-  // Start of the present time without progress: none of the `waiting` data could be sent, or the request was
-  // incomplete.
+  std::string asked;     // the reader's request, as far as it has arrived
+  std::string waiting;   // data that was not yet sent to the reader
+  bool greeted = false;  // true: the WebSocket handshake is complete
+  // Time since which the reader has made no progress: it received no data, or its request is incomplete.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
 
-/// True if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" does not count, because
-/// a frame of any page may have it.
+/// True if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" is refused, because a
+/// frame in any web page can have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -167,8 +166,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // ns, time of the session's zero on the monotonic clock
-  Nanos unix_zero = 0;  // ns, time from 1970 to the session's zero
+  Nanos zero = 0;       // ns, time of the monotonic clock at which the session's time is zero
+  Nanos unix_zero = 0;  // ns since 1970, time at which the session's time is zero
   int port = 0;
 
   std::string hello() const {
@@ -196,7 +195,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are rare and must not be skipped, so twice as many bytes may wait.
+  // For an event, the limit is twice as large, because events are rare and must not be skipped.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;
@@ -221,8 +220,8 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// Answers the handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser states the page in the
-/// Origin header.
+/// Answers the WebSocket handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser names the page
+/// in the header Origin.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
@@ -259,10 +258,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// After the handshake, a reader sends only control frames.
+/// Reads the data that a reader sends after the handshake. It contains only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // limit of the number of reads, because a reader may send without pause
+  constexpr int kMostReads = 16;  // limit of the number of reads per call, because a reader may send data without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -281,7 +280,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // The time in NTP format counts from 1900, in units of 2^-32 s.
+  // The NTP time format counts from 1900, in units of 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -291,7 +290,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // If no program listens or the system's buffer is full, the message is lost.
+    // The message is lost if no program listens or if the system's buffer is full.
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

@@ -9,16 +9,19 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the gum's edge
-constexpr double kSheet = 0.7e-3;     // m, thickness over the teeth
-constexpr double kTension = 6e-3;     // m, width over which the tight sheet bridges hollows
-constexpr double kSheetTo = 13.5e-3;  // m, distance from the curve of the teeth at which the sheet ends in the cheek
-constexpr double kLift = 3.2e-3;      // m, height of the sheet's edge over the gum, where the frame pulls it
-constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half sizes of a jaw of the clamp
-constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the gum's edge
-constexpr double kBow = 0.75e-3;                   // m, radius of the bow
+constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the edge of the gum
+constexpr double kSheet = 0.7e-3;     // m, thickness of the sheet over the teeth
+constexpr double kTension = 6e-3;     // m, the tight sheet stays flat over hollows up to this width
+// m, distance from the curve of the teeth at which the sheet ends, inside the cheek
+constexpr double kSheetTo = 13.5e-3;
+// m, height above the gum to which the frame pulls the edge of the sheet
+constexpr double kLift = 3.2e-3;
+constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half the lengths of a jaw of the clamp
+constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the edge of the gum
+constexpr double kBow = 0.75e-3;                   // m, radius of the wire of the clamp's bow
 constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of a jaw
-constexpr int kSmooth = 3;                         // number of times that the corners of the bow are cut (Chaikin 1974)
+// number of steps in which the corners of the bow are rounded (corner cutting, Chaikin 1974)
+constexpr int kSmooth = 3;
 
 }  // namespace
 

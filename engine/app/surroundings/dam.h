@@ -1,4 +1,5 @@
-// The rubber dam: a sheet that covers the row of teeth, with a hole for the working tooth, and the clamp that holds it.
+// The rubber dam: a sheet that covers the row of teeth and has a hole for the working tooth, and the clamp that holds
+// it.
 #pragma once
 
 #include <vector>
@@ -7,23 +8,25 @@
 
 namespace typodont {
 
-/// Distance (m) to the solid that consists of the sheet and everything below it. `teeth`, `own`: distances to the
-/// other teeth and to the working tooth; `gap`: distance of the hole's edge from the working tooth.
+/// Distance (m) to a solid that consists of the rubber dam's sheet and everything below it. `teeth`, `own`: m,
+/// distances to the other teeth and to the working tooth; `gap`: m, distance between the hole's edge and the working
+/// tooth.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
-/// A clamp: two jaws at the neck, buccal and lingual, and a bow around the distal side. Row frame, m.
+/// The clamp of a rubber dam: two jaws at the neck of the tooth, buccal and lingual, and a bow around its distal side.
+/// Positions are in the frame of the row, m.
 class DamClamp {
  public:
-  /// `middle`: middle of the working tooth; `edge`: height of the gum's edge; `half_width`: half the width of the
-  /// tooth at this height.
+  /// `middle`: m, middle of the working tooth; `edge`: m, height of the gum's edge; `half_width`: m, half the width of
+  /// the tooth at this height.
   DamClamp(const dvec3& middle, double edge, double half_width);
   double distance(const dvec3& p_row) const;
   dvec3 low() const { return low_; }
   dvec3 high() const { return high_; }
 
  private:
-  dvec3 middle_;  // middle of the working tooth at the height of the gum's edge
-  double side_;   // m, distance of the jaws from the middle
+  dvec3 middle_;  // m, middle of the working tooth at the height of the gum's edge
+  double side_;   // m, distance of the clamp's jaws from the middle of the tooth
   std::vector<dvec3> bow_;
   dvec3 low_{0}, high_{0};
 };

@@ -9,27 +9,29 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth in the row
-constexpr double kPapillaWidth = 1.8e-3;  // m
-// m, distances along the arch between which the tilt of the gum's edge decreases to zero
+constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
+constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
+// m, distances along the arch: from kTiltFrom to kTiltTo, the tilt of the gum's edge decreases to zero
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;  // m beside the row, where its teeth stop and cease to matter
-constexpr double kRowDepth = 15.5e-3;                // m, thickness of a jaw with a row of teeth
-constexpr double kBlockDepth = 9e-3;                 // m, least thickness of a jaw without a row of teeth
-// Dimensions of the ridge in m. The ridge is wider at its bottom and ends in a fold on the buccal and on the lingual
-// side.
+// m, distances to the side of the row: from kEdgeTo to kEvenFrom, the influence of the teeth on the ridge decreases to
+// zero
+constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
+constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
+constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
+// m, dimensions of the ridge. It is wider at its bottom, and ends in a fold on the buccal side and on the lingual side.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 25e-3;  // m, distance behind the working tooth at which the mouth ends
-// m, height of the attached gum, and half the width of its border
+constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
+// kAttached: m, height of the attached gum; kLine: m, half the width of its border
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// Dimensions of tongue and cheek in m: distances from the curve of the teeth, and heights above the occlusal plane.
+// m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the occlusal plane.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
-                 kFaceThick = 4e-3;                       // kFaceFall: 1/m
-constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;  // m, the lip above the rim, the face below it
+                 kFaceThick = 4e-3;  // kFaceFall: 1/m, curvature; the other values: m
+// m, height of the lip above the rim, and depth of the face below the rim
+constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace
 
@@ -83,7 +85,7 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  // Far beside the row all places have the same height, because there the nearest tooth changes abruptly.
+  // Far from the row, the nearest tooth changes abruptly from point to point. So all points there get the same height.
   const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
   const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
   return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};
@@ -109,7 +111,7 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  // Between two teeth, the ridge forms a papilla.
+  // Between two teeth, the ridge rises to a papilla.
   const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
@@ -134,7 +136,7 @@ double Jaw::rim(const Place& p) const {
 }
 
 double Jaw::from_curve(const Place& p) const {
-  // Behind the last tooth the wall closes the mouth.
+  // Behind the last tooth, the wall of the cheek closes the mouth.
   return smooth_max(p.beside, back_ + kCheekFrom - p.x, 8e-3);
 }
 

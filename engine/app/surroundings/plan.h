@@ -1,4 +1,4 @@
-// A scene's description of the surroundings of the working tooth: its neighbours, the gum, the mouth and the rubber
+// The surroundings of the working tooth as a scene describes them: its neighbours, the gum, the mouth and the rubber
 // dam.
 #pragma once
 
@@ -14,14 +14,15 @@
 
 namespace typodont {
 
-/// A neighbour: a copy of the working tooth, mirrored at the contact point. Lengths in metres, frame W.
+/// A neighbouring tooth. It is a copy of the working tooth, mirrored at the point of contact. Lengths in m, frame W.
 struct NeighbourTooth {
-  dvec3 contact{0, 0, 0};  // contact point; the mirror plane contains it and is perpendicular to the arch
-  dvec3 scale{1, 1, 1};    // scale factors about the contact point
-  double turn = 0;         // rad, rotation about an axis through the contact point, parallel to the crown's axis
+  dvec3 contact{0, 0, 0};  // point of contact; the mirror plane passes through it and is perpendicular to the arch
+  dvec3 scale{1, 1, 1};    // scale factors along the axes of frame W, about the point of contact
+  double turn = 0;         // rad, rotation about an axis through the point of contact, parallel to the crown's axis
 };
 
-/// What is drawn around the row of teeth. kPhantom: a phantom head with teeth of plastic, gum of acrylic and a mask.
+/// The mouth that is drawn around the row of teeth. kPhantom: a phantom head with plastic teeth, acrylic gum and a
+/// mask.
 enum class Mouth { kNone, kPatient, kPhantom };
 
 /// A rubber dam: a sheet with a hole around the working tooth.
@@ -31,26 +32,26 @@ struct RubberDam {
 };
 
 struct SurroundingsPlan {
-  std::filesystem::path volume;  // volume of the tooth that is copied
-  dvec3 crown{0, 0, 1};          // unit, towards the occlusal side
+  std::filesystem::path volume;  // volume of the working tooth, from which neighbours are copied
+  dvec3 crown{0, 0, 1};          // unit vector along the crown's axis, towards the occlusal side
   dvec3 arch{1, 0, 0};           // unit vector along the row of teeth, perpendicular to the crown's axis
   std::vector<NeighbourTooth> neighbours;
   std::optional<ToothRow> row;  // the other teeth of the jaw
   Mouth mouth = Mouth::kNone;
   std::optional<RubberDam> dam;
-  bool monitored = true;  // false: the surroundings are only drawn; they do not count in damage and score
+  bool monitored = true;  // true: damage to the surroundings counts in the score; false: they are only drawn
   bool gum = false;
-  dvec3 margin{0, 0, 0};         // a point in the plane of the gum's edge
+  dvec3 margin{0, 0, 0};         // m, a point in the plane of the gum's edge
   dvec3 margin_normal{0, 0, 1};  // normal of the plane of the gum's edge
   double papilla = 2e-3;         // m, additional height of the gum between two teeth
   double thickness = 1.1e-3;     // m, thickness of the gum on the root
-  double length = 34e-3;         // m, length of the piece of jaw
-  /// If set, the gum yields under an instrument.
+  double length = 34e-3;         // m, length of the part of the jaw that is drawn
+  /// Material of the gum if it yields under an instrument; empty if the gum is rigid.
   std::optional<haptics::SoftLaw> soft;
 };
 
-/// Reads a scene's "surroundings" (docs/interface.md). `volume`: the scene's volume, used unless `json` names another
-/// one. Throws Error.
+/// Reads the block "surroundings" of a scene (docs/interface.md). `volume`: the scene's volume, which is used if the
+/// block names no other volume. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont

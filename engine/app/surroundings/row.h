@@ -1,4 +1,4 @@
-// A row of teeth around the working tooth: the forms and poses of the teeth, and the curve on which they are placed.
+// The row of teeth around the working tooth: forms and poses of the teeth, and the curve on which they lie.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,13 @@
 
 namespace typodont {
 
-/// A tooth of the row. Frame of the row: x along the arch at the working tooth (mesial), y buccal, z occlusal; its
-/// origin is the origin of W. Lengths in m.
+/// A tooth of the row. In the frame of the row, x points along the arch at the working tooth (mesial), y buccal and z
+/// occlusal. Its origin is the origin of frame W. Lengths in m.
 struct RowTooth {
   ToothForm form;
-  dvec3 at{0, 0, 0};  // m, middle of the neck
-  // rotation from the row to the form; includes a reflection for a tooth of the other side of the jaw
+  dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
+  // Rotation from the frame of the row to the frame of the form. It includes a reflection for a tooth of the other side
+  // of the jaw.
   glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }
@@ -22,12 +23,12 @@ struct RowTooth {
   double distance(const dvec3& p_row) const { return form.distance(to_form(p_row)); }
 };
 
-/// The curve through the necks as a polyline, from one end of the row to the other.
+/// The polyline through the necks of the teeth, from one end of the row to the other.
 class ArchCurve {
  public:
   struct Place {
-    double along = 0;   // m, arc length from the first point
-    double beside = 0;  // m, distance from the curve; positive: buccal
+    double along = 0;   // m, position along the curve, from its first point
+    double beside = 0;  // m, distance from the curve; positive on the buccal side
   };
   ArchCurve() = default;
   explicit ArchCurve(std::vector<glm::dvec2> points);
@@ -41,10 +42,10 @@ class ArchCurve {
 
 struct ToothRow {
   std::vector<RowTooth> teeth;
-  std::vector<glm::dvec2> curve;  // m
+  std::vector<glm::dvec2> curve;  // m, points of the curve
 };
 
-/// Reads a row (assets/jaw/lower_row.json) and its forms. Throws Error.
+/// Reads a row of teeth (assets/jaw/lower_row.json) and the forms of its teeth. Throws Error.
 ToothRow load_tooth_row(const std::filesystem::path& file);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// The gum around the working tooth as soft tissue for the servo.
+// The gum around the working tooth as soft tissue, with which the servo computes.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// Samples the gum within about 10 mm of the gum's edge at the working tooth. Equal plans give equal points. Null if
-/// the plan has no soft gum. Throws Error if the volume cannot be read.
+/// Samples the gum within about 10 mm of its edge at the working tooth. Equal plans give equal points. Null if the
+/// plan's gum is not soft. Throws Error if the volume cannot be read.
 std::shared_ptr<const haptics::SoftSurface> soft_gum(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

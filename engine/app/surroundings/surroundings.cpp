@@ -16,30 +16,38 @@ namespace typodont {
 
 namespace {
 
-// m, voxel sizes of bodies that are only drawn; the far ones are beyond kNear of the working tooth's middle.
+// m, voxel sizes of bodies that are only drawn. A body is far if its distance from the middle of the working tooth
+// exceeds kNear.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// Mesh tolerances in voxels, of the fine and the coarse mesh.
+// voxels, tolerances of the fine and of the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseBelow = 0.5e-3;  // m, depth of coarse gum or dam below the fine mesh where both exist
-constexpr double kCoarseFrom = 45e-6;    // m, surface error above which the coarse mesh is used
-constexpr double kRootShown = 2.5e-3;    // m, depth below the gum's edge at which the drawn neighbours end
-constexpr double kCrownFrom = 4e-3;      // m, height above the gum at the working tooth from which only crowns exist
-// m, half sizes of the region in which light between bodies is computed, and height of its middle above the gum's edge
+// m, where coarse and fine mesh of gum or dam overlap, the coarse mesh lies this far below the fine mesh
+constexpr double kCoarseBelow = 0.5e-3;
+// m, threshold: the coarse mesh is used if a surface error of this size is allowed
+constexpr double kCoarseFrom = 45e-6;
+// m, depth below the gum's edge at which the drawn part of a neighbouring tooth ends
+constexpr double kRootShown = 2.5e-3;
+// m, height above the gum at the working tooth; a point above this height can only lie in a crown
+constexpr double kCrownFrom = 4e-3;
+// m, half the lengths of the region in which light between bodies is computed, and height of its middle above the gum
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
-constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
-constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
-constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge from which the gum hides the root
-constexpr double kCollarBlend = 1.0e-3;   // m, blending length of the collar
-constexpr double kCollarFrom = 4e-3;      // m, distance from a tooth at which its collar ends
-constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
-// m, overlap of the gum's face with the faces of the teeth, so that no gap is visible.
+constexpr double kReach = 3e-3;  // m, distance from the tooth up to which its distance field is computed
+// m, overlap of the gum with the working tooth, so that no gap between them is visible
+constexpr double kGumInside = 0.4e-3;
+constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below it the gum hides the root
+// m, width over which the collar (the gum around a tooth) blends into the ridge
+constexpr double kCollarBlend = 1.0e-3;
+constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
+// m, cell sizes of the face of a section through a tooth, and through the gum
+constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
+// m, overlap of the gum's face with the faces of the teeth in a section, so that no gap is visible.
 constexpr double kFaceOverlap = 0.05e-3;
-constexpr double kFaceUnder = 10e-6;  // m, distance by which the gum's face lies behind the faces of the teeth
+constexpr double kFaceUnder = 10e-6;  // m, distance of the gum's face behind the faces of the teeth in a section
 
 struct Box {
-  dvec3 lo{1e9}, hi{-1e9};  // m, bounds in W
+  dvec3 lo{1e9}, hi{-1e9};  // m, frame W, bounds of the box
   void grow(const dvec3& p) {
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
@@ -53,7 +61,7 @@ struct Box {
   }
 };
 
-/// Transforms points of a neighbour to the tooth from which it is copied.
+/// Converts points between a neighbouring tooth and the working tooth, of which the neighbour is a mirrored copy.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -66,7 +74,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Transforms a point of the neighbour to the original tooth; from_tooth() is the inverse.
+  /// Converts a point of the neighbour to the same point of the original tooth. from_tooth() converts it back.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -130,7 +138,7 @@ struct SurroundingsShape::Impl {
              })});
   }
 
-  /// Half the width of the working tooth at the gum, across the arch.
+  /// Measures half the width of the working tooth at the gum, across the arch, m.
   double measured_half_width() const {
     double half = 0;
     for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
@@ -140,12 +148,12 @@ struct SurroundingsShape::Impl {
       }
     return half;
   }
-  /// Height of the working tooth's highest point along the crown's axis.
+  /// Height of the working tooth's highest point along the crown's axis, m.
   double occlusal() const {
     const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
     return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  /// Depth of the working tooth's roots below the gum's edge.
+  /// Depth of the working tooth's roots below the gum's edge, m.
   double roots() const {
     double depth = 0;
     Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
@@ -154,12 +162,12 @@ struct SurroundingsShape::Impl {
     });
     return depth;
   }
-  /// Depth of p below the plane of the gum's edge, along the crown's axis.
+  /// Depth of the point below the plane of the gum's edge, along the crown's axis, m.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
 
-  /// Box around the working tooth in which gum and dam have a finer mesh.
+  /// Box around the working tooth. In it, gum and dam have a finer mesh.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
     const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
@@ -172,7 +180,8 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// Box around the whole arch; it extends `side` beyond the arch's curve and `up` above the occlusal plane.
+  /// Box around the whole arch. It extends `side` (m) beyond the curve of the teeth and `up` (m) above the occlusal
+  /// plane.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -184,7 +193,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// Distance to the whole tooth, including its root.
+  /// Distance to the whole neighbouring tooth, including its root.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -196,8 +205,7 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The cut end of the root has the colour of dentin instead of pulp: the gum hides the end, but in a section it is
-    // visible from inside.
+    // The root of a neighbour is cut off. In a section the cut end would show the pulp, so it has the colour of dentin.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -215,19 +223,19 @@ struct SurroundingsShape::Impl {
     double teeth = own;
     for (const Neighbour& n : neighbours)
       if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
-    // Between two teeth the gum rises towards their contact point and fills the gap below it.
-    const double deep = at.depth + jaw.papilla(at);  // depth below the gum's edge at this point
-    // The collar has a rounded edge, and becomes thicker towards the root.
+    // Between two teeth, the gum rises to a papilla and fills the gap below their point of contact.
+    const double deep = at.depth + jaw.papilla(at);  // m, depth below the gum's edge at this point
+    // The collar of gum has a rounded edge, and becomes thicker towards the root.
     const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
     const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
                                         (plan.thickness - edge) * (1 - std::exp(-deep / swell))
                                   : deep / 1.5;
     const double collar = teeth - thick;
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
-    // the gum is hollow at the working tooth, so a bur inside the tooth does not touch the gum
+    // The space of the working tooth is cut out of the gum, so that a bur inside the tooth does not touch the gum.
     return std::max(body, -own - kGumInside);
   }
-  /// Distance to the solid that consists of the rubber dam's sheet and everything below it.
+  /// Distance to a solid that consists of the rubber dam's sheet and everything below it.
   double dam(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = 1;
@@ -250,7 +258,7 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // A tooth that is farther away than the nearest tooth so far is not evaluated.
+    // If this lower bound of the distance exceeds the smallest distance so far, the tooth is not evaluated.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -287,13 +295,14 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      update.brick |= body << 60;  // each body has brick numbers of its own
+      // adds the number of the body, so that bricks of different bodies have different numbers
+      update.brick |= body << 60;
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // The surface of a neighbour ends shortly below the gum, where it is invisible. But in a section, the neighbour's
-  // face includes the root within the gum.
+  // The drawn surface of a neighbour ends shortly below the gum's edge, because the gum hides the root. In a section
+  // the root is visible, so this function includes it.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
@@ -328,7 +337,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Creates all vertices of one material; `beneath(p)`: visible fraction of the colour of `under` at p.
+/// Gives all vertices the same material. `beneath(p)`: fraction of the colour of the tissue `under` that is visible at
+/// p.
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -353,7 +363,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   result.coarse_from = kCoarseFrom;
   render::MeshId id = render::kWorkingTooth + 1;
   const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
-  // Meshes a body and paints it. A body far from the working tooth has one mesh, the coarse one.
+  // Meshes a body and sets its material. A body far from the working tooth has only the coarse mesh.
   const auto add = [&](const Box& box, double voxel, const std::array<float, 2>& tolerances, bool fine,
                        const auto& distance, const auto& label, const auto& wanted, const auto& paint_mesh) {
     std::array<std::vector<render::MeshUpdate>, 2> meshes;
@@ -382,7 +392,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Meshes the gum or the dam: with a fine mesh near the working tooth, with a coarse mesh along the rest of the row.
+  // Meshes the gum or the dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
@@ -403,7 +413,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks overlap the fine ones by up to one brick. There the coarse surface lies below the fine one.
+    // The coarse bricks overlap the fine bricks by up to one brick. In this region, the coarse surface is lowered below
+    // the fine surface, so that it is hidden.
     const auto below = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));
@@ -425,12 +436,12 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    const bool fine = field == &Jaw::cheek;  // it is the background of the work
+    const bool fine = field == &Jaw::cheek;  // the cheek has a fine mesh, because it is the background of the work
     add(box, kMouthVoxel, kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // Deep in the mouth the mucosa is darker.
+  // Computes how deep a point lies in the mouth; the mucosa is darker there.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
     return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);

@@ -1,6 +1,6 @@
-// The surroundings of the working tooth: its neighbours and the gum. They are built from the tooth's own volume if a
-// scene requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage
-// (task/damage.h). They are not part of the haptic field and are never cut.
+// The surroundings of the working tooth: its neighbours and the gum. If a scene requests them ("surroundings"), they
+// are built from the tooth's own volume. They are drawn, and a rotating bur that enters them damages them
+// (task/damage.h). They do not belong to the haptic field, so the hand does not feel them, and they are never cut.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distance functions, m, negative inside. Far away from a body, or if the body does not exist,
-/// the value is any positive number. Thread-safe.
+/// The surroundings as distance functions, m, negative inside. Far away from a body, or if the body does not exist, the
+/// distance is any positive number. Thread-safe.
 class SurroundingsShape {
  public:
   /// Builds the distance functions. Throws Error if the volume cannot be read.
@@ -27,17 +27,17 @@ class SurroundingsShape {
 
   bool has_neighbours() const;
   bool has_gum() const;
-  double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbour
+  double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbouring tooth
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
-  // distance to the solid that consists of the rubber dam's sheet and everything below it
+  // Distance to a solid that consists of the rubber dam's sheet and everything below it.
   double dam(const dvec3& p_W) const;
-  double clamp(const dvec3& p_W) const;  // distance to the dam's clamp
-  // distance to the tongue, the cheeks and the lips, or to the mask of a phantom head
+  double clamp(const dvec3& p_W) const;  // distance to the clamp of the rubber dam
+  // Distance to tongue, cheeks and lips, or to the mask of a phantom head.
   double mouth(const dvec3& p_W) const;
 
-  /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the
-  /// tooth. Positions are relative to `origin`, m, W.
+  /// Makes the face of a section through the neighbouring teeth with their roots, and through the gum around them. It
+  /// corresponds to section_face() for the working tooth. Positions are relative to `origin` (m, frame W).
   std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
 
  private:
@@ -48,26 +48,25 @@ class SurroundingsShape {
 
 struct SurroundingMesh {
   render::MeshId id;
-  dvec3 origin;  // m, W, origin of the vertices
+  dvec3 origin;  // m, frame W, origin of the vertices
   std::vector<render::MeshUpdate> bricks;
   std::vector<render::MeshUpdate> coarse;  // the same body with fewer triangles
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The gum covers the uncut tooth, and makes it invisible, at points p_W with dot(covered, (p_W, 1)) < 0. Zero: at
-  /// no point.
+  /// The gum hides the uncut tooth at points p_W with dot(covered, (p_W, 1)) < 0. Zero: it hides no point.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m, threshold: the coarse mesh is sufficient if the allowed surface error is larger
-  /// The region in which light between bodies is computed (render::LightScene). Empty: a scene without a mouth.
+  double coarse_from = 0;  // m, threshold: the coarse mesh is used if the allowed error of the surface is larger
+  /// The region in which light between bodies is computed (render::LightScene). Empty if the scene has no mouth.
   std::optional<render::BoxInWorld> lit;
 };
-/// Builds the meshes. Equal plans give equal meshes. Throws Error if the volume cannot be read.
+/// Builds the meshes of the surroundings. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// The surroundings for a scene (Scene::surroundings); empty if the scene has none.
+/// Builds the meshes of a scene's surroundings (Scene::surroundings). The result is empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The shape for damage, and for hands that avoid the surroundings. Empty also if the scene's surroundings are not
-/// monitored.
+/// The surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has none, or if
+/// they are not monitored.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

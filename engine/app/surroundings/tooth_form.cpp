@@ -10,18 +10,18 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;  // m, radius of the tip of a hill
-// scale factor of the distance to the side, so that the distance is not overestimated
+constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, such as a cusp
+// Factor that reduces the computed distance to the side, so that it is never larger than the true distance.
 constexpr double kSideSlope = 0.9;
-// scale factor of the distance to the occlusal surface, so that it is not overestimated
+// Factor that reduces the computed distance to the occlusal surface, so that it is never larger than the true distance.
 constexpr double kTopSlope = 0.78;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
-constexpr double kMargin = 0.6e-3;     // m, margin of the box around the form
-constexpr double kRootEnd = 0.35;      // width of the root at its end, as a fraction of the neck
+constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
+constexpr double kRootEnd = 0.35;      // ratio: width of the root at its end to width of the neck
 
-/// Half of the tooth's width at height z.
+/// Half the width of the tooth at the height z, m.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
   if (z < 0) {
     const double t = std::min(-z / root, 1.0);
@@ -32,11 +32,11 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// Height in m of the fine ridges on the slope of a hill. `from_tip`: m, position relative to the tip; `over`: m,
-/// height above the next hill. The height is zero at the tips and where two hills meet.
+/// Height of the fine ridges on the slope of a hill, m. `from_tip`: m, position relative to the hill's tip; `over`: m,
+/// height above the neighbouring hill. The ridges vanish at the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ), computed from the square of cos φ
+  // cos(4 φ), where c is cos² φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }
@@ -48,18 +48,18 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // Distance to the side. The side's outline lies between an ellipse and a rectangle; the distance to the ellipse
-  // decides whether the exact outline is needed.
+  // Computes the distance to the side. The outline of the side lies between an ellipse and a rectangle. The exact
+  // outline is evaluated only near the ellipse.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    if (ellipse < 0.55 || ellipse > 2) return at_most;  // far from the side
+    if (ellipse < 0.55 || ellipse > 2) return at_most;  // the point is far from the side
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // The occlusal surface is the maximum of all hills. It has a groove where two hills meet.
+  // The occlusal surface is the highest of all hills at each point. Where two hills meet, there is a groove.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

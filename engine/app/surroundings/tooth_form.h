@@ -1,5 +1,5 @@
-// A tooth described by a few numbers (assets/teeth/forms/): neck, widest part, cusps and grooves. It is used for
-// teeth that are only drawn and monitored.
+// The shape of a tooth, described by a few numbers (assets/teeth/forms/): neck, widest part, cusps and grooves. It is
+// used for teeth that are only drawn and monitored, not cut.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -11,38 +11,42 @@
 
 namespace typodont {
 
-/// A part of the occlusal surface: a cusp, a ridge or an incisal edge. Its shape is a cone with a rounded tip.
+/// A part of the occlusal surface, called a hill: a cusp, a ridge or an incisal edge. Its shape is a cone with a
+/// rounded tip.
 struct ToothHill {
-  glm::dvec2 at{0, 0};       // m, mesial and buccal position of the tip
+  glm::dvec2 at{0, 0};       // m, position of the tip in the mesial and buccal directions
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
   glm::dvec2 long_by{1, 1};  // factors by which the cone is stretched in the mesial and buccal directions
 };
 
-/// Frame of the form: x mesial, y buccal, z occlusal; origin in the middle of the neck. Lengths in m.
+/// The shape of a tooth. In its frame, x points mesial, y buccal and z occlusal; the origin is the middle of the neck.
+/// Lengths in m.
 struct ToothForm {
-  glm::dvec2 widest{0, 0};                       // full widths at the widest part, mesial and buccal
-  glm::dvec2 neck{0, 0};                         // full widths at the neck
-  glm::dvec2 table{0, 0};                        // full widths at the occlusal end
+  /// m, full widths at the widest part, in the mesial and buccal directions
+  glm::dvec2 widest{0, 0};
+  glm::dvec2 neck{0, 0};  // m, full widths at the neck, in the mesial and buccal directions
+  /// m, full widths at the occlusal end, in the mesial and buccal directions
+  glm::dvec2 table{0, 0};
   double height = 0;                             // m, height of the crown up to its highest cusp
-  double proximal = 0, buccal = 0, lingual = 0;  // m, height of the widest part on each side
-  double square = 2.5;                           // exponent of the outline's superellipse: 2 is an ellipse
+  double proximal = 0, buccal = 0, lingual = 0;  // m, height at which each side of the tooth is widest
+  double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
   double rounding = 0;                           // m, radius of the edge between the side and the occlusal surface
-  double lean = 0;                               // m per m, inclination of the crown towards lingual
+  double lean = 0;                               // m per m, inclination of the crown to the lingual side
   double root = 0;                               // m, length of the root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 
-  /// Approximate distance to the surface, negative inside; its slope is at most about 1.3.
+  /// Approximate distance to the surface, m, negative inside. Its gradient is at most about 1.3.
   double distance(const dvec3& p) const;
   /// Tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;
-  /// Corners of a box that contains the tooth.
+  /// Opposite corners of a box that contains the tooth, m.
   dvec3 low() const;
   dvec3 high() const;
 };
 
-/// Reads a form. Throws Error.
+/// Reads the shape of a tooth from JSON. Throws Error.
 ToothForm read_tooth_form(const Json& json);
 
 }  // namespace typodont

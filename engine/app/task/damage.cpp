@@ -9,9 +9,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;    // m, side of the cells that measure the damaged volume
-constexpr double kMoved = 0.01e-3;  // m, motion of any part of the head after which the head is evaluated again
-// m, tolerance in addition to the error of the fields, because touching is not damage
+constexpr double kCell = 0.1e-3;    // m, side of the cubic cells with which the damaged volume is measured
+constexpr double kMoved = 0.01e-3;  // m, the head is evaluated again after a part of it has moved by this distance
+// m, tolerance: a head that only touches a tooth or the gum does no damage
 constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {
@@ -53,7 +53,7 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-          // the second condition is needed because the gum overlaps the tooth
+          // the gum overlaps the tooth, so points inside the tooth are excluded
         } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
           gum_.insert(cell_of(p_W));
         }

@@ -1,7 +1,7 @@
-// Damage that a bur does to the neighbouring teeth and the gum. These are not in the haptic field, so the damage is
-// computed from the ticks alone: the rotating head of the drawn tool is swept through the fields of the surroundings.
-// So a recording gives the same result. For a scene without surroundings there is no cost; far from the surroundings,
-// a tick costs two distance queries.
+// Measures the damage that a bur does to the neighbouring teeth and the gum. They are not part of the haptic field. So
+// the damage is computed from the ticks: the rotating head of the drawn tool is moved through the distance fields of
+// the surroundings. A recording gives the same result. Without surroundings, this takes no time; far from them, a tick
+// takes two distance queries.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. Must get every tick in order, in pieces of any size. One thread.
+/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. One thread.
 class DamageMeter {
  public:
-  /// `tools`: the tools of the session; ServoTick::tool is an index into them.
+  /// `tools`: the tools of the session; ServoTick::tool is an index in this list.
   DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools);
   void add(std::span<const ServoTick> ticks);
   session::DamageMeasures result() const;
@@ -28,21 +28,21 @@ class DamageMeter {
  private:
   struct Head {
     bool turns = false;
-    double reach = 0;  // m
+    double reach = 0;  // m, distance from the head's centre to its farthest point
     haptics::HeadField field;
   };
   void sweep(const ServoTick& tick, const Head& head);
 
   SurroundingsShape shape_;
   std::vector<Head> heads_;
-  std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells that the bur entered
-  std::optional<Pose> last_;                           // pose at the last evaluation
+  std::unordered_set<std::uint64_t> neighbour_, gum_;  // numbers of the cells that the bur has entered
+  std::optional<Pose> last_;                           // pose of the head at the last evaluation
   std::uint32_t last_tool_ = 0;
   double first_ = -1;
 };
 
 struct Scene;
-/// The damage meter of a scene; empty if the scene has no neighbouring teeth or gum. Throws Error.
+/// Makes the damage meter of a scene. Empty if the scene has neither neighbouring teeth nor gum. Throws Error.
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 
 }  // namespace typodont

@@ -19,9 +19,9 @@ namespace typodont {
 
 namespace {
 
-// m, margin around the changed region in which scores are computed
+// m, scores are computed in the changed region and in a margin of this width around it
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
-constexpr float kChanged = 0.02f;  // voxels, tolerance: a smaller difference counts as equal
+constexpr float kChanged = 0.02f;  // voxels, tolerance: distances that differ by less count as equal
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;
@@ -29,8 +29,8 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
   return solids;
 }
 
-/// Converts the boundary between labelled and other voxels to a smooth distance in voxels. Each voxel counts with the
-/// fraction of labelled voxels in its 3×3×3 neighbourhood, so that the surface has no steps.
+/// Computes a smooth distance, in voxels, to the surface of the region whose voxels have one of these labels. It uses
+/// the fraction of labelled voxels among 3×3×3, so that the surface has no steps.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
@@ -55,15 +55,16 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // The slope is about one per voxel at the surface. The subtracted 0.4 voxels are an outward offset, so that the
-  // corners of labelled voxels are included. Outside the filter's width the distance is unknown; redistanced() keeps
-  // only values near the surface.
-  constexpr float kFar = 3;  // voxels, outside the range of values that redistanced() keeps
+  // Converts the fractions to distances. At the surface, the fraction changes by about 1/3 per voxel. The surface is
+  // moved outwards by 0.4 voxels, so that it encloses the corners of the labelled voxels. Where the fraction is 0 or 1,
+  // the distance is unknown; redistanced() computes it later.
+  // voxels, placeholder for an unknown distance; it is so large that redistanced() replaces it
+  constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
-/// Samples another volume at the voxels of `at`.
+/// Samples the volume `other` at the voxels of `at`.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
@@ -82,8 +83,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Uses the surface of a closed mesh as the ideal. All tissue that lies more than a voxel outside the mesh must be
-/// removed.
+/// Sets the ideal to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -178,7 +178,7 @@ session::Preparation cropped(const session::Preparation& in) {
   return out;
 }
 
-/// Marks the voxels inside any of the solids.
+/// Marks the voxels that lie inside at least one of the solids.
 std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& solids, const DenseCopy& copy) {
   std::vector<bool> result;
   if (solids.empty()) return result;
@@ -210,7 +210,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
-    // In this case the ideal is the final tissue of a session.
+    // Here the ideal is the final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
@@ -258,7 +258,7 @@ session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& aft
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // The voxel grids of all volumes are aligned, but their origins differ.
+  // All volumes have aligned voxel grids, but their origins differ.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };
@@ -293,7 +293,8 @@ std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
 
 namespace {
 
-/// Mean hardness of the removed part of each tissue; empty if all voxels have their tissue's own hardness.
+/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the hardness of their
+/// tissue.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
   const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
@@ -337,26 +338,26 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // uses computed volumes, not those in the file
+  input.before = start.volumes();  // the volumes are computed, because those in the file could be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
   }
   if (scene.implant) {
     session::ImplantMeter meter(*scene.implant);
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter.add(session.ticks(first, kPieceTicks));
     input.implant = meter.result();
     measure_bed(*scene.implant, after, *input.implant);
   }
   if (auto meter = damage_meter(scene)) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();

@@ -17,12 +17,13 @@ namespace typodont {
 
 namespace {
 
-// m, width of the transition from the cortical to the cancellous grey value at the shell's inner side
+// m, width of the zone below the shell in which the grey value changes from cortical to cancellous bone
 constexpr double kEndosteum = 0.5e-3;
-constexpr double kGrain = 1.2e-3;  // m, length scale of the variation of grey values: several trabecular spacings
+// m, length over which grey values vary; it equals several distances between trabeculae
+constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
-/// A pseudo-random number -1 … 1 for a lattice point (splitmix64).
+/// A pseudo-random number from -1 to 1 for a grid point (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
   std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +
@@ -34,7 +35,7 @@ double lattice(std::uint64_t seed, const glm::ivec3& at) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
-/// Smooth value noise, -1 … 1.
+/// Smooth noise from -1 to 1, interpolated between the random numbers of grid points.
 double noise(std::uint64_t seed, const dvec3& p) {
   const glm::ivec3 at(glm::floor(p));
   dvec3 f = p - dvec3(at);
@@ -47,16 +48,16 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// The parameters in the JSON object, except the mesh.
+/// The parameters of the JSON object "bone", except the mesh.
 struct Bone {
   double voxel = 0, band = 0;
-  dvec3 lo{0}, hi{0};  // m, bounds of the sampled box, frame W
-  Pose X_MW;           // transformation from the scene to the mesh
+  dvec3 lo{0}, hi{0};  // m, frame W, bounds of the sampled box
+  Pose X_MW;           // transformation from frame W of the scene to frame M of the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // relative variation of the grey values in cancellous bone
+  double variation = 0;  // ratio: largest variation of the grey value in cancellous bone to its mean
   std::uint64_t seed = 1;
-  double canal_wall = 0;  // m, thickness of cortical bone around the canal
+  double canal_wall = 0;  // m, thickness of the cortical bone around the nerve canal
   NerveCanal canal;
 };
 
@@ -79,7 +80,7 @@ Bone read(const Json& json) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                            fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
   }
-  // Axis y points to the tongue, axis z points up.
+  // The y axis of the scene points to the tongue, the z axis up.
   dvec3 y = json["lingual"].vec3();
   y.z = 0;
   if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
@@ -177,7 +178,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // A distance changes by at most the distance between two points. So blocks that are far outside are skipped.
+  // Blocks of voxels that are far outside the jaw are skipped. This is possible because the distances at two points
+  // differ by at most the distance between the points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {
@@ -196,7 +198,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // Inside the shell the grey value falls from the cortical to the cancellous value over the width kEndosteum.
+    // Below the shell, the grey value falls from the cortical to the cancellous value over the width kEndosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

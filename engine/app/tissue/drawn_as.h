@@ -1,5 +1,5 @@
-// Maps each tissue to the tissue that is drawn instead of it in the normal view; a scene uses it to hide a lesion
-// (material key "looks_like").
+// Draws a tissue in the normal view as if it were another tissue. A scene uses this to hide a lesion (material key
+// "looks_like").
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// The tissues to draw, indexed by tissue. By default, each tissue is drawn as itself.
+/// States for each tissue as which tissue it is drawn. By default, each tissue is drawn as itself.
 class DrawnAs {
  public:
   DrawnAs() {
@@ -17,7 +17,7 @@ class DrawnAs {
   }
   void set(Tissue tissue, Tissue as) { as_[static_cast<std::size_t>(tissue)] = as; }
   Tissue operator()(Tissue tissue) const { return as_[static_cast<std::size_t>(tissue)]; }
-  /// Replaces each label by the tissue that is drawn instead.
+  /// Replaces each label by the tissue as which it is drawn.
   template <class Labels>
   void apply(Labels& labels) const {
     if (*this == DrawnAs()) return;

@@ -17,23 +17,23 @@
 
 namespace typodont {
 
-/// A brush stroke: all tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
+/// A brush stroke. All tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // factor on the tissue's own stiffness; below 1: softer
-  double hardness = 1;          // 0..1, hardness of the painted tissue: see haptics/hardness.h
+  double stiffness_factor = 1;  // factor by which the tissue's own stiffness is multiplied; below 1: softer
+  double hardness = 1;          // 0..1, hardness of the painted tissue (see haptics/hardness.h)
 };
 
 /// Reads the strokes from a file. Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// Applies the strokes in order; later strokes cover earlier ones. Returns false if no stroke met tissue.
+/// Applies the strokes in order, so a later stroke covers an earlier one. Returns false if no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// Factor on the stiffness of a tissue, equal everywhere: the mean of the strokes' factors, weighted by volume. 1 if
-/// no stroke painted the tissue.
+/// Factor by which a tissue's own stiffness is multiplied in the whole volume. It is the mean of the strokes' factors,
+/// weighted by the strokes' volumes. 1 if no stroke painted the tissue.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

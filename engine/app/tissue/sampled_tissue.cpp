@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ns, limit: if solids without a mesh are sampled faster than this, the result is not cached
+// ns, threshold: the result for solids without a mesh is cached only if sampling takes longer
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the size of all cached files
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the total size of all cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -28,16 +28,16 @@ struct Close {
 };
 using File = std::unique_ptr<gzFile_s, Close>;
 
-/// Cached data except the voxels.
+/// Header of a cached file: all data except the voxels.
 struct Head {
   VoxelFrame frame;
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // true: hardness values follow after the labels
+  bool graded = false;  // true: hardness values are stored after the labels
 };
 
-/// Processes data in pieces, because zlib's sizes are of type int. Returns false after a failure.
+/// Processes the data in several pieces, because zlib's sizes have the type int. Returns false after a failure.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;
@@ -62,7 +62,8 @@ bool get(gzFile file, T* data, std::size_t count) {
 
 /// Writes the tissue to the cache file `path`. Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  // Uses the lowest compression level: most values are equal, so higher levels would take longer and save little.
+  // The lowest compression level is sufficient. Most values are equal, so a higher level would take longer and save
+  // little.
   const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
@@ -99,7 +100,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Key of the cache; empty if a file cannot be read (sampling then reports the reason).
+/// Computes the key of a tissue in the cache. Empty if a file cannot be read; sampling will report this error.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);

@@ -1,5 +1,6 @@
-// Samples a scene's solids or mesh on voxels. If this takes long (for example the distances of a mesh), the result is
-// cached between runs. The cache's key depends on the JSON text, the bytes of the meshes and this program.
+// Samples a scene's solids or mesh on a voxel grid. If this takes long (for example the distances of a mesh), the
+// result is cached between runs of the program. The key in the cache depends on the JSON text, on the bytes of the
+// meshes and on this program.
 #pragma once
 
 #include "engine/base/json.h"
@@ -7,8 +8,8 @@
 
 namespace typodont {
 
-/// Samples the tissue. The result has the same bits as that of haptics::read_solids(), or of haptics::rasterize() for
-/// a tissue {"mesh": …}, with and without the cache. `files.find` must be set. Throws Error.
+/// Samples the tissue. With and without the cache, the result has the same bits as haptics::read_solids(), or as
+/// haptics::rasterize() for a tissue {"mesh": …}. `files.find` must be set. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// Stores the volumes that each stroke removed and the strokes of the brush, so that undo also restores the numbers that
-// are shown during a session. Carver's thread.
+// Stores the volume that each stroke removed, and the strokes of the brush. So after an undo, the numbers that a
+// session shows are correct again. Carver's thread.
 #pragma once
 
 #include <vector>
@@ -10,20 +10,20 @@
 
 namespace typodont {
 
-/// State of the tissue.
+/// State of the tissue, as a session shows it.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
-  PerTissue removed{};                   // m³, volume removed by all strokes that are not undone
-  std::size_t painted = 0;               // number of brush strokes that are not undone
-  std::uint64_t version = 0;             // changes whenever the tissue changes
+  std::uint32_t undone = 0, redone = 0;  // number of undos and of redos since the session's start
+  PerTissue removed{};                   // m³, volume that the strokes removed; undone strokes are not included
+  std::size_t painted = 0;               // number of brush strokes; undone strokes are not included
+  std::uint64_t version = 0;             // number that increases whenever the tissue changes
 };
 
 class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Adds a cut. `strokes`: the strokes of the tissue after the cut.
+  // Adds a cut to the entry of its stroke. `strokes`: number of strokes in the tissue after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -35,7 +35,7 @@ class StrokeHistory {
     ++state_.painted;
     ++state_.version;
   }
-  /// Updates the numbers after an undo or redo of a stroke.
+  /// Updates the state after the undo or redo of a stroke.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
@@ -53,7 +53,7 @@ class StrokeHistory {
     state.strokes = strokes;
     return state;
   }
-  /// The brush strokes that are not undone, in order.
+  /// The brush strokes in order, without undone strokes.
   std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
     for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)
@@ -66,7 +66,8 @@ class StrokeHistory {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// The entry of the present stroke; removes the entries of undone strokes.
+  /// Returns the entry of the present stroke. Entries of undone strokes are removed, because a new stroke makes redo
+  /// impossible.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();

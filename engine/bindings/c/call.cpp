@@ -94,7 +94,7 @@ const char* typodont_error(void) {
 }
 
 const char* typodont_tissue_name(uint32_t tissue) {
-  // The names are string literals, so they are null-terminated.
+  // name_of() returns string literals, so data() is null-terminated.
   return tissue < static_cast<std::uint32_t>(kTissueCount) ? name_of(static_cast<Tissue>(tissue)).data() : nullptr;
 }
 

@@ -1,5 +1,5 @@
-// The common part of every function of the C interface: it locks the handle, catches all exceptions, and stores the
-// reason of a failure.
+// Code that every function of the C interface uses: it locks the handle, catches all exceptions, and stores the reason
+// of a failure.
 #pragma once
 
 #include <concepts>
@@ -18,7 +18,7 @@
 
 namespace typodont::bindings {
 
-// Types of the objects behind the handles.
+// Types of the objects to which handles refer.
 struct SceneObject;
 struct HandObject;
 struct CoreObject;
@@ -36,12 +36,12 @@ template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static c
 template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
 // clang-format on
 
-/// Stores the reason for typodont_error(). `text` is copied without allocation.
+/// Stores a text that typodont_error() then returns, and returns `result`. The text is copied without allocation.
 typodont_result fail(typodont_result result, const char* text) noexcept;
-/// Same as fail(), with the text of the exception that is being handled.
+/// Same as fail(), but stores the text of the exception that is being handled and returns its result code.
 typodont_result fail_by_exception() noexcept;
 
-/// Calls `body` and converts its exceptions to results. `body` returns a result or nothing.
+/// Calls `body` and converts its exceptions to result codes. `body` returns a result code or nothing.
 template <class Body>
 typodont_result guarded(Body&& body) noexcept {
   try {
@@ -56,7 +56,7 @@ typodont_result guarded(Body&& body) noexcept {
   }
 }
 
-/// A handle's object, locked for this thread until the end of the scope.
+/// Locks a handle for this thread until the end of the scope, and gives access to the handle's object.
 template <class Handle>
 class HandleLock {
  public:
@@ -105,7 +105,7 @@ typodont_result free_handle(Handle* handle) noexcept {
   return guarded([&] { held.drop().reset(); });
 }
 
-/// Serialises access to session files, because the HDF5 library may be used by only one thread at a time.
+/// Locks access to session files while it exists, because only one thread at a time may use the HDF5 library.
 class SessionFiles {
  public:
   SessionFiles() : lock_(mutex()) {}
@@ -120,15 +120,16 @@ inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
-constexpr std::uint32_t kLargestStruct = 4096;  // bytes, upper limit for the size of a struct in any version
-/// Tests whether a struct is usable, if it comes from this, an older or a newer version. `first`: size of the struct
-/// in the first release.
+// largest possible size, in bytes, of a struct in any version of the interface
+constexpr std::uint32_t kLargestStruct = 4096;
+/// True if this version can use the host's struct, which may come from an older or a newer version. `first` is the size
+/// of the struct in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 
-/// Element i of an array of structs; `stride` is the distance between elements in bytes.
+/// Returns element i of an array of structs. `stride` is the distance between two elements in bytes.
 template <class T>
 T& element(T* array, std::size_t i, std::uint32_t stride) {
   using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;
@@ -152,7 +153,7 @@ static_assert(kTissueCount <= TYPODONT_TISSUES);
 inline void put(const PerTissue& from, double* to) {
   for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
 }
-/// Copies a tick to the host's struct; fills all members except struct_size.
+/// Copies a tick to the host's struct. All members except struct_size are set.
 void put(const ServoTick& from, typodont_tick& out) noexcept;
 void put(const Cut& from, typodont_cut& out) noexcept;
 

@@ -1,4 +1,4 @@
-// The haptic core in the C interface: ticks on one thread or on two, the tissue, recordings.
+// The functions of the C interface for the haptic core: ticks, the tissue and recordings.
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -21,12 +21,13 @@ constexpr const char* kBadPose =
 constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such place";
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
-/// Sets the processor's rounding and denormal modes, and restores the previous modes at the end of the scope. Hosts
-/// (games) change these modes, but equal samples must give equal bits in every host.
+/// Sets the processor's modes for rounding and denormals, and restores the previous modes at the end of the scope.
+/// Hosts such as games change these modes, but equal hand samples must give equal bits in every host.
 class IeeeArithmetic {
  public:
 #ifdef __SSE2__
-  static constexpr unsigned kFlushAndRound = 0xE040;  // MXCSR bits: FTZ, rounding, DAZ
+  // bits of the control register MXCSR: flush to zero, rounding mode, denormals are zero
+  static constexpr unsigned kFlushAndRound = 0xE040;
   IeeeArithmetic() noexcept : was_(_mm_getcsr()) {
     if (was_ & kFlushAndRound) _mm_setcsr(was_ & ~kFlushAndRound);
   }
@@ -51,7 +52,8 @@ bool usable(const typodont_sample* sample, const typodont_tick* out, const typod
          (!cut || sized(cut->struct_size, sizeof *cut));
 }
 
-/// Loads the host's struct into the cache while the tick is computed; otherwise its stores delay the next call.
+/// Loads the host's struct into the cache while the tick is computed. Without this, writing the result would delay the
+/// next call.
 void prefetch(typodont_tick& out) noexcept {
   constexpr std::size_t kLine = 64;  // bytes, length of a cache line
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
@@ -162,8 +164,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // Creates a new patch before any later cut, because the servo stores the number of the first cut that it must
-    // repeat in the patch.
+    // The new patch must be offered before any later cut, because the servo stores in the patch the number of the first
+    // cut that it must repeat.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -182,7 +184,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m, not zero, because a host applies the torque by default
+    info.torque_limit = 1;  // N·m; not zero, because a host applies torques unless its user switches them off
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
       const HandleLock<typodont_hand> held(hand);
@@ -200,7 +202,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
       info.vibration_band = options->vibration_band;
     }
     if (info.address.empty()) info.address = "program:";
-    const SessionFiles files;  // locked because a scene may continue from a session file
+    const SessionFiles files;  // locks access to session files, because the scene may continue a recorded session
     *out = make_handle<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
     return typodont_result{TYPODONT_OK};
   });
@@ -251,7 +253,7 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
 
 typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out) {
   return with(core, [&](CoreObject& c) {
-    constexpr double kWorkspace = 100;  // m, limit; a hand farther away is bad input for the servo, too
+    constexpr double kWorkspace = 100;  // m; a hand farther from the origin is invalid input, as in the servo
     require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
             "the place where the tool starts: NULL, not finite, or too far away");
     require(!c.shared->channels, "the servo was given away already");
@@ -372,7 +374,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
     require(points || count == 0, "NULL for the points");
     const haptics::TissueVolume& volume = c.volume();
     const VoxelFrame& frame = volume.frame();
-    constexpr double kFarthest = 1e9;  // voxels, upper limit for the coordinates of a point
+    constexpr double kFarthest = 1e9;  // voxels; largest coordinate of a point
     for (std::size_t i = 0; i < count; ++i) {
       const dvec3 p = frame.to_voxels(to_vec(points + 3 * i));
       require(is_finite(p) && glm::length(p) < kFarthest, "a point that is not finite, or too far away");
@@ -383,7 +385,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
       volume.copy(low, glm::ivec3(2), d.data(), labels.data());
       double sum = 0;
       std::size_t nearest = 0;
-      for (std::size_t k = 0; k < 8; ++k) {  // z is the fastest index
+      for (std::size_t k = 0; k < 8; ++k) {  // the result has z as the fastest index
         const bool x = k & 4, y = k & 2, z = k & 1;
         sum += (x ? f.x : 1 - f.x) * (y ? f.y : 1 - f.y) * (z ? f.z : 1 - f.z) * static_cast<double>(d[k]);
         if (x == (f.x > 0.5) && y == (f.y > 0.5) && z == (f.z > 0.5)) nearest = k;
@@ -398,10 +400,10 @@ typodont_result typodont_core_copy(typodont_core* core, const int32_t* low, cons
                                    uint8_t* tissue) {
   return with(core, [&](CoreObject& c) {
     require(low && size, "NULL for the box");
-    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels, upper limit for the volume of a box
+    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels; largest volume of a box
     std::int64_t count = 1;
     for (int i = 0; i < 3; ++i) {
-      constexpr int kFar = 1 << 20;  // voxels, upper limit for the edges and the position of a box
+      constexpr int kFar = 1 << 20;  // voxels; largest edge and largest coordinate of a box
       require(size[i] > 0 && size[i] <= kFar && std::abs(low[i]) <= kFar, "a box that is empty, or too large");
       count *= size[i];
     }
@@ -450,8 +452,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // limit of the number of rounds. The loop must finish only the work from before this call, even if the servo
-      // continues to work
+      // Limit of the number of rounds. Only the work from before this call must be finished, but the servo may add new
+      // work in every round, so the loop could run without end.
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

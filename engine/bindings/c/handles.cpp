@@ -10,7 +10,7 @@ std::array<Slot, kSlots> g_slots;
 
 namespace {
 
-std::mutex g_mutex;                    // protects the data below
+std::mutex g_mutex;                    // protects g_emptied and g_used
 std::vector<std::uint16_t> g_emptied;  // indices of empty slots that can be reused
 std::uint64_t g_used = 0;              // number of slots that were filled at least once
 
@@ -19,7 +19,7 @@ std::uint64_t g_used = 0;              // number of slots that were filled at le
 void* new_handle(Kind kind, void* object) {
   const std::lock_guard lock(g_mutex);
   if (g_emptied.empty() && g_used == kSlots) return nullptr;
-  g_emptied.reserve(kSlots);  // after this reservation drop() never allocates
+  g_emptied.reserve(kSlots);  // reserves memory now, because drop() must not allocate
   std::uint64_t place = g_used;
   if (g_emptied.empty()) {
     ++g_used;
@@ -40,7 +40,7 @@ void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  slot.state.store(state_ + 2, std::memory_order_release);  // the next generation marks the slot as empty
+  slot.state.store(state_ + 2, std::memory_order_release);  // the next (even) generation marks the slot as empty
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;
 }

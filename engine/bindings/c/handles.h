@@ -1,5 +1,5 @@
-// The handles of the C interface: numbers in the form of pointers. A table stores the valid handles, and a handle is
-// never dereferenced. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
+// The handles of the C interface. A handle is a number in the form of a pointer that is never dereferenced. A table
+// stores the valid handles. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ inline constexpr std::uint64_t kSlots = 4096;
 inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
 static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
 
-/// A slot's state is twice its generation, plus one while a thread uses its object. Valid handles have odd generations,
-/// because each slot is filled and emptied alternately.
+/// One entry of the table of handles. The generation counts how often the slot was filled or emptied, so it is odd
+/// while the slot holds an object. `state` is twice the generation, plus one while a thread uses the object.
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> state{0};
   Kind kind{};
@@ -25,8 +25,8 @@ struct alignas(64) Slot {
 };
 extern std::array<Slot, kSlots> g_slots;
 
-/// Locks a handle for this thread until the end of the scope. Any thread; never allocates. Inline, because every tick
-/// uses it.
+/// Locks a handle for this thread until the end of the scope. Any thread; never allocates. The functions are inline
+/// because every tick calls them.
 class HeldHandle {
  public:
   HeldHandle(const void* handle, Kind kind) noexcept {
@@ -39,7 +39,7 @@ class HeldHandle {
       if (state == (generation << 1 | 1)) found_ = Found::kBusy;
       return;
     }
-    if (slot.kind != kind) {  // this handle was never created by new_handle()
+    if (slot.kind != kind) {  // new_handle() never returned this handle
       slot.state.store(generation << 1, std::memory_order_release);
       return;
     }
@@ -55,7 +55,7 @@ class HeldHandle {
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }
-  /// Invalidates the handle. The caller then owns the handle's object.
+  /// Makes the handle invalid and returns its object, which the caller then owns.
   void* drop() noexcept;
 
  private:
@@ -64,7 +64,7 @@ class HeldHandle {
   Found found_ = Found::kBadHandle;
 };
 
-/// Creates a handle. Any thread, set-up time. Returns null if 4096 handles exist.
+/// Creates a handle for `object`. Any thread, set-up time. Returns null if 4096 handles exist.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

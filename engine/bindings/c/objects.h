@@ -1,4 +1,4 @@
-// The objects behind the handles of scenes, hands and cores.
+// The objects to which the handles of scenes, hands and cores refer.
 #pragma once
 
 #include <atomic>
@@ -29,17 +29,17 @@ struct HandObject {
   std::unique_ptr<haptics::HapticDevice> device;
 };
 
-/// The channels between the servo's thread and the core's thread. Each has one writer and one reader.
+/// The channels between the servo's thread and the core's thread. Each channel has one writer and one reader.
 struct Channels {
   explicit Channels(const haptics::Carver& carver) : patch(carver) {}
-  // Channel from servo to core.
+  // The servo writes these channels, and the core reads them.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // Channels from servo to core, for recording. Patches and cuts are pushed before the ticks that name them.
+  // The servo writes these channels for the recording. A patch or cut is pushed before the tick that names its number.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
-  // Channel from core to servo.
+  // The core writes this channel, and the servo reads it.
   haptics::PatchExchange patch;
 };
 
@@ -52,32 +52,34 @@ struct CoreObject {
   Scene scene;
   haptics::DeviceInfo hand;
   std::uint32_t tools;
-  /// Data that the core shares with a servo on another thread: the servo's thread uses Servo, the core's thread uses
-  /// Carver.
+  /// Data that the core shares with a servo on another thread. The servo's thread uses the class Servo, and the core's
+  /// thread uses the class Carver.
   struct Shared {
     haptics::LockStep steps;
     std::unique_ptr<Channels> channels;  // null while the servo runs on the core's thread
-    bool records = false;                // set before the servo moves to another thread
+    bool records = false;  // true if the servo's data is recorded; set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;                    // number of ticks on this thread
-  std::optional<OfflineRecording> recording;  // beside the data that every tick reads, for the cache
-  ServoTick tick;                             // the latest tick
+  std::uint64_t ticks = 0;  // number of ticks that step() has computed
+  // stored next to the data that every tick reads, because the cache then loads both together
+  std::optional<OfflineRecording> recording;
+  ServoTick tick;  // the latest tick
   Cut cut;
-  // The next patch and the next cuts from the servo's rings. They wait here until the tick that names them is
+  // The next patch and the next cut from the rings of the servo. They wait here until the tick that names them is
   // recorded.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 
-  // Members for the surface mesh.
+  // The following members belong to the surface mesh.
   surface::SurfaceMesher mesher;
   bool meshed = false;
-  std::vector<std::vector<typodont_vertex>> vertices;  // vertices of `parts`
+  std::vector<std::vector<typodont_vertex>> vertices;  // vertices of each element of `parts`
   std::vector<typodont_mesh_part> parts;
 
   haptics::Carver& carver() { return shared->steps.carver(); }
   haptics::TissueVolume& volume() { return carver().volume(); }
-  /// Computes one tick in lock-step, and records it if requested. Returns true if the tick cut.
+  /// Computes one tick of servo and carver together on this thread, and records it if a recording exists. Returns true
+  /// if the tick removed tissue.
   bool step(const haptics::HandSample& sample);
 };
 

@@ -1,4 +1,4 @@
-// Recorded sessions in the C interface.
+// The functions of the C interface for recorded sessions.
 #include <algorithm>
 #include <limits>
 #include <memory>

@@ -1,4 +1,4 @@
-// Sound in the C interface.
+// The functions of the C interface for sound.
 #include <cmath>
 #include <filesystem>
 #include <span>

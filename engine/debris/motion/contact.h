@@ -1,5 +1,5 @@
-// Geometry for chips and droplets: the distance field around a point, the air flow of the suction, and a test whether
-// a path passes a nozzle.
+// Geometry for chips and droplets: the distance field near a point, the air flow of the suction, and a test whether a
+// path passes a nozzle.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace typodont::debris {
 
-/// The distance field around a point, interpolated linearly in one cell of the field.
+/// The distance field near a point, interpolated linearly in one cell of the grid.
 class Contact {
  public:
   Contact(const CoarseField& field, const glm::dvec3& p_W) {
@@ -40,7 +40,7 @@ class Contact {
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
   }
   bool inside = false;  // true if the point lies in the field's box
-  double distance = 0;  // m
+  double distance = 0;  // m, signed distance of the point to the tissue's surface
 
  private:
   glm::dvec3 f_{0};            // position within the cell, 0..1
@@ -48,14 +48,14 @@ class Contact {
   std::array<double, 4> x_{};  // distances interpolated along x
 };
 
-/// Velocity of the air at a point, m/s: the mean over one step.
+/// Mean velocity, in m/s, of the air at a point during one step.
 inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
   return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// True if the straight line from a to b passes c at a distance below `radius`.
+/// True if the straight line from a to b passes the point c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);

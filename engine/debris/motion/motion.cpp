@@ -26,21 +26,21 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
 }
 
 /// Approximates 1/√a with a relative error of 2e-3, which is accurate enough for suction. An exact square root and
-/// division would take as long as the rest of the loop. The initial guess halves the exponent (Lomont 2003); one Newton
-/// step refines it.
+/// division would take as long as the rest of the loop. The initial guess halves the exponent of the number (Lomont
+/// 2003), and one Newton step refines it.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Mean approach rate of the air towards the sink during a step, 1/s, for pull = strength/r³. Because r³ falls by
-/// 3·strength·dt, the exact value is (1 − ∛(1 − 3q))/dt with q = pull·dt. The function approximates it by pull·(1 + 2q)
-/// if q < 1/3. For larger q the air ends the step at the sink.
+/// Mean rate, in 1/s, at which the air approaches the nozzle (sink) during a step, relative to its distance r, with
+/// pull = strength/r³. Because r³ falls by 3·strength·dt, the exact rate is (1 − ∛(1 − 3q))/dt with q = pull·dt. If q <
+/// 1/3, the function approximates it by pull·(1 + 2q). For larger q the air reaches the sink in this step.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// The same computation as in move_block, with suction towards a sink.
+/// Moves particles as move_block() does, but with suction towards a nozzle (sink).
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
@@ -48,7 +48,7 @@ void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   for (std::size_t i = 0; i < count; ++i) {
     const float dx = sx - x[i], dy = sy - y[i], dz = sz - z[i];
     const float near = reciprocal_root(dx * dx + dy * dy + dz * dz + 1e-12f);
-    // A particle at rest (keep = 0) is not moved by suction.
+    // Suction does not move a particle at rest (keep = 0).
     const float air = (keep[i] > 0 ? 1 - keep[i] : 0.0f) * mean_approach_rate(strength * near * near * near, dt);
     vx[i] = (vx[i] + gx) * keep[i] + air * dx;
     vy[i] = (vy[i] + gy) * keep[i] + air * dy;
@@ -72,14 +72,16 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933), divided by Stokes' 24/Re.
+// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the coefficient
+// of Stokes drag, 24/Re.
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// Linear interpolation in a table whose points are spaced evenly within each octave.
+// A table of the drag factor with linear interpolation. Its points are spaced evenly within each octave of the Reynolds
+// number.
 struct DragTable {
-  static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // range Re = 2^kLow … 2^kHigh
+  static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // the table contains Re from 2^kLow to 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];
 
   DragTable() {
@@ -122,10 +124,11 @@ double drag_factor(double reynolds) noexcept {
   if (reynolds < kLeast || reynolds >= 1000) {
     return reynolds < 1000 ? schiller_naumann(reynolds) : 0.44 * reynolds / 24;
   }
-  // Exponent and mantissa are read from the number's bits.
+  // The exponent and the mantissa of the Reynolds number are read from its bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
-  const double mantissa = std::bit_cast<double>((bits & ((1ull << 52) - 1)) | 1023ull << 52) - 1;  // 0..1
+  // mantissa minus one, 0..1
+  const double mantissa = std::bit_cast<double>((bits & ((1ull << 52) - 1)) | 1023ull << 52) - 1;
   const double at = (exponent - DragTable::kLow + mantissa) * DragTable::kPerOctave;
   const int i = static_cast<int>(at);
   return table.value[i] + (at - i) * (table.value[i + 1] - table.value[i]);

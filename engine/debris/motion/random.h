@@ -1,4 +1,4 @@
-// Random numbers of the particles.
+// Random numbers for the particles.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace typodont::debris {
 
-/// Random numbers that depend only on the seed and on an index, e.g. the number of the cut (SplitMix64, Steele et al.
-/// 2014).
+/// Random numbers that depend only on the seed and on an index, for example the number of the cut (SplitMix64, Steele
+/// et al. 2014).
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t number)

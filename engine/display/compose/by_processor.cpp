@@ -36,7 +36,7 @@ void swap_bytes(const std::uint32_t* __restrict source, std::uint32_t* __restric
   for (int i = 0; i < count; ++i) out[i] = swapped(source[i]);
 }
 
-/// Interpolates between two rows, byte by byte.
+/// Interpolates between two rows. Each byte is interpolated separately.
 TYPODONT_VERSIONS
 void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, std::uint16_t w,
              std::uint8_t* __restrict out, int bytes) {
@@ -45,7 +45,7 @@ void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b,
     out[i] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(a[i] * v + b[i] * w + 128) >> 8);
 }
 
-/// Takes red from one row, green and blue from the other.
+/// Takes red from one row, and green and blue from the other row.
 TYPODONT_VERSIONS
 void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan,
                 std::uint32_t* __restrict out, int count) {
@@ -68,8 +68,9 @@ void ProcessorComposer::SourcePixels::fit(int source_size, int target_size) {
   from.resize(static_cast<std::size_t>(target));
   on.resize(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // Pixel centres map to pixel centres; coordinates beyond the outermost centres are clamped. The result is always
-    // less than the last index, so that `from` + 1 exists.
+    // Position of the target pixel's centre in the source, in source pixels; 0 is the centre of the first pixel.
+    // Positions beyond the outermost centres are clamped. The result is always less than the last index, so that `from`
+    // + 1 exists.
     const double at = std::clamp((i + 0.5) * source / target - 0.5, 0.0, source - 1.0);
     const int lower = std::min(static_cast<int>(at), std::max(source - 2, 0));
     from[static_cast<std::size_t>(i)] = lower;

@@ -18,7 +18,8 @@ struct EyePixels {
   ivec2 size{0};
 };
 
-/// Fills parts of a picture like shaders/compose.frag. Stretched pixels differ by at most one or two steps of 255.
+/// Composes parts of a picture on the CPU, like shaders/compose.frag on the GPU. If the picture is stretched, the
+/// results differ by at most one or two steps of 255.
 class ProcessorComposer {
  public:
   /// Composes a part of the target. `part`: pixels of the target, within `place`. `eye`: the eye to draw; if rows
@@ -27,8 +28,8 @@ class ProcessorComposer {
                std::size_t pitch);
 
  private:
-  // For each target pixel: the index of the first of the two source pixels between which it lies, and the weight of
-  // the second, 0..256.
+  // A target pixel lies between two source pixels. For each target pixel: the index of the first of these source
+  // pixels, and the weight of the second one, 0..256.
   struct SourcePixels {
     std::vector<std::int32_t> from;
     std::vector<std::uint32_t> on;
@@ -40,7 +41,7 @@ class ProcessorComposer {
     std::vector<std::uint32_t> pixels;  // pixels of a row, BGRA, as wide as the target
     int of = -1;                        // index of the source row; -1: none
   };
-  /// A row of an eye's picture, stretched to the target's columns.
+  /// Returns a row of an eye's picture, stretched to the target's columns.
   const std::uint32_t* stretched(const EyePixels& eyes, int eye, int row, int first, int count);
   std::array<std::array<Row, 2>, 2> rows_;  // the last two requested rows for each eye
   std::vector<std::uint32_t> other_;        // row of the second eye, if both eyes are mixed into one row

@@ -30,7 +30,7 @@ inline Place place_of(int eye, Layout how, const ivec2& target) {
   }
   return place;
 }
-/// True if the layout has a separate region for each eye.
+/// Returns true if the layout has a separate region for each eye.
 constexpr bool two_places(Layout layout) {
   return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono;
 }

@@ -418,7 +418,8 @@ class OpenXrHmd final : public Hmd {
         if (!asked_to_exit_) throw RunFailure("headset: the runtime is going away (session loss pending)");
         over_ = true;
         break;
-      // the states idle, synchronized, visible and focused: xrWaitFrame and xrSyncActions report their effect
+      // the other states (idle, synchronized, visible, focused) need no action, because xrWaitFrame and xrSyncActions
+      // report their effect
       default:
         break;
     }
@@ -504,7 +505,7 @@ class OpenXrHmd final : public Hmd {
   /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
   /// at least 50 ms of history.)
   void judge(XrDuration period) {
-    // a time that is certainly in the past; used if the runtime's clock is unknown
+    // default: a time that is certainly in the past; used if the runtime's clock is unknown
     XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();

@@ -55,7 +55,7 @@ class XPicture final : public SharedPicture {
     void* memory = ::shmat(segment_.shmid, nullptr, 0);
     if (memory != reinterpret_cast<void*>(-1)) {
       segment_.shmaddr = shared_->data = static_cast<char*>(memory);
-      segment_.readOnly = True;  // read-only for the server
+      segment_.readOnly = True;  // the server may only read the memory
       refused = false;
       XSync(display_, False);
       const auto before = XSetErrorHandler(note_refusal);

@@ -18,8 +18,8 @@ namespace typodont::display {
 /// A picture in memory that the desktop shares with this process. Render thread.
 class SharedPicture {
  public:
-  /// Null if the X server is on another machine, if the desktop is not X11, or if its pixels are not 32-bit BGRA.
-  /// `composed`: the targets are the shared memory itself. Otherwise the device draws into an image.
+  /// Returns null if the X server is on another machine, if the desktop is not X11, or if its pixels are not 32-bit
+  /// BGRA. `composed`: true if the targets are the shared memory itself; false if the device draws into an image.
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 

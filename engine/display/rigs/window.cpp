@@ -103,7 +103,7 @@ class Window final : public Output {
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // the picture was resized
+        unshown_ = false;  // the last picture cannot be shown any more, because the window was resized
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;
@@ -172,7 +172,7 @@ class Window final : public Output {
     glfwGetWindowSize(window_, &size.x, &size.y);
     glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 middle = at + size / 2 - lo;
-    // the window is on another monitor
+    // returns, because the window is on another monitor
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 fits = glm::min(size, room - kTitle);
@@ -237,7 +237,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// Time in s between two refreshes of the screen that shows the window.
+  /// Returns the time in s between two refreshes of the screen that shows the window.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
@@ -272,7 +272,8 @@ class Window final : public Output {
     return false;
   }
 
-  /// Returns false if no memory can be shared; the next frame tries again.
+  /// Adapts the shared memory to the window's size. Returns false if no memory can be shared; the next frame tries
+  /// again.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);
@@ -309,8 +310,8 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // The eyes' pictures contain sRGB bytes, which must stay unchanged. So a surface format that does not encode is
-    // chosen.
+    // The eyes' pictures contain sRGB bytes, which must stay unchanged. So the surface gets a format that does not
+    // convert to sRGB.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");

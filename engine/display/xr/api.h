@@ -6,7 +6,7 @@
 #define XR_USE_TIMESPEC
 #define XR_NO_PROTOTYPES
 #include <ctime>
-// openxr_platform.h needs vulkan.h and ctime before it
+// vulkan.h and ctime must be included before openxr_platform.h
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
@@ -20,8 +20,8 @@
 
 namespace typodont::display::xr {
 
-/// All functions that the program uses. The second list contains functions of extensions; they are null if the
-/// extension is not enabled. (clang-format would reformat the first list at every run.)
+/// All functions that the program uses. The second list contains functions of extensions, which are null if the
+/// extension is not enabled. (Without the next line, clang-format would change the first list at every run.)
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \
@@ -65,7 +65,7 @@ class Api {
   const std::string& runtime() const { return runtime_; }
   XrInstance instance() const { return instance_; }
 
-  /// Makes a call through the gate. Returns success codes; throws RunFailure naming the call for error codes.
+  /// Makes a call through the gate. Returns success codes. For error codes, throws RunFailure with the call's name.
   template <class F, class... A>
   XrResult call(const char* name, F function, A... arguments) {
     const XrResult result = attempt(name, function, arguments...);
@@ -80,7 +80,8 @@ class Api {
     gate_.leave();
     return result;
   }
-  /// Queries an array by OpenXR's two-call idiom.
+  /// Queries an array with two calls, as OpenXR requires: the first call returns the length, the second call fills the
+  /// array.
   template <class T, class F, class... A>
   std::vector<T> list(const char* name, F function, const T& empty, A... arguments) {
     std::uint32_t count = 0;

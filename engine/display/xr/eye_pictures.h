@@ -12,8 +12,8 @@ namespace typodont::display::xr {
 
 class EyePictures {
  public:
-  /// Creates the swapchains. `size`: size of each eye's picture in pixels. `depth`: also submit depth, if the runtime
-  /// supports it. Throws Error.
+  /// Creates the swapchains. `size`: size of each eye's picture in pixels. `depth`: true if depth is also submitted,
+  /// provided that the runtime supports it. Throws Error.
   EyePictures(Api& api, XrSession session, const std::string& headset, ivec2 size, bool depth);
   ~EyePictures();
   EyePictures(const EyePictures&) = delete;
@@ -21,7 +21,8 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// See Hmd::record. The program owns the swapchain's images until release().
+  /// Records the copies of the pictures into the swapchains, see Hmd::record. The program owns the swapchain's images
+  /// until release().
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 

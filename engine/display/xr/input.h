@@ -18,7 +18,7 @@ class Input {
 
   struct Hand {
     bool tracked = false;
-    Pose X_DA;  // the aim frame; its −z points forward
+    Pose X_DA;  // pose of the controller's aim frame, whose −z points forward
     double pedal = 0;
     bool change_tool = false, mirror = false;
   };
@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Display names of the controllers. Must be called again after a change of controllers.
+  /// Returns the display names of the controllers. Must be called again after a change of controllers.
   std::string profiles();
 
  private:

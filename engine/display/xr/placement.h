@@ -16,16 +16,15 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// Stores the runtime's announcement that it will move its space at `time`. `X_old_new`: pose of the new space in
-  /// the old one, if known.
+  /// Stores the runtime's announcement that it will move its space at `time`. `X_old_new` is the pose of the new space
+  /// in the old space, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies the announced moves of the space. A measured workbench keeps its place in the room. Otherwise the work is
-  /// placed in front of the user again.
+  /// Applies the announced moves of the space. A measured workbench keeps its position in the room. Otherwise the work
+  /// is placed in front of the user again.
   void follow(XrTime display_time);
-  /// Places the work in front of the user again, unless its place is measured.
+  /// Places the work in front of the user again, unless its position is measured.
   void recentre();
-  /// Must be called when the head was located at X_DV. If the work has no place yet, it is placed in front of the
-  /// head.
+  /// Reports that the head was located at X_DV. If the work has no position yet, it is placed in front of the head.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }

@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   const float chinese_scale = argc > 3 ? stbtt_ScaleForMappingEmToPixels(&chinese.info, em) : 0;
   std::set<int> drawn_in_chinese;
   for (int i = 4; i < argc; ++i) read_text(argv[i], drawn_in_chinese);
-  std::vector<int> characters;  // ascending
+  std::vector<int> characters;  // codes of the characters, ascending
   for (int c = 32; c < 127; ++c) characters.push_back(c);
   for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // Latin-1 letters, used by translated hints
   for (int c : {0x2013, 0x2014, 0x2019, 0x2026}) characters.push_back(c);
@@ -106,7 +106,8 @@ int main(int argc, char** argv) {
     unsigned char* sdf =
         stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left, &g.top);
     if (sdf) {
-      if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;  // the gap keeps filtering from mixing neighbouring letters
+      // the gap between letters keeps filtering from mixing neighbouring letters
+      if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;
       if (atlas.size() < static_cast<std::size_t>(kWidth) * (y + row))

@@ -18,7 +18,7 @@ std::int16_t snorm16(float v) {
 }
 GpuVertex pack(const Vertex& v) {
   static_assert(kMatterCount <= 16, "four bits name a tissue");
-  // a tissue in the low four bits, a fraction in the high four
+  // packs a tissue into the low four bits and a fraction into the high four bits
   const auto with = [](Tissue tissue, float fraction) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
@@ -110,7 +110,7 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// True if the brick lies completely beyond the plane; a zero plane covers no brick.
+/// Returns true if the brick lies completely beyond the plane. A zero plane covers no brick.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -118,7 +118,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // meshoptimizer's cone test at the box's middle
+  // meshoptimizer's test whether a normal cone faces away from the eye; the cone is at the box's middle
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -251,8 +251,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// The plane, in mesh coordinates, beyond which another body covers the mesh's first bricks in this view; zero: no
-/// plane.
+/// Returns the plane, in mesh coordinates, beyond which another body covers the mesh's first bricks in this view; zero:
+/// no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -279,7 +279,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // Neighbouring parts are joined, because they mark mostly the same pixels.
+    // Adjacent parts are joined, because they mark mostly the same pixels.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else
@@ -352,7 +352,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a section shows back faces of bodies
+        // a section shows the back faces of bodies, too
+        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
       if (b.first && covered(cover, b)) {

@@ -13,7 +13,7 @@ namespace typodont::render {
 
 /// A vertex as the GPU reads it: 24 bytes.
 struct GpuVertex {
-  float p[3];         // m, mesh
+  float p[3];         // m, position relative to the mesh's origin
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
   // Byte 0: the first tissue (low four bits) and Vertex::cut · 15 (high four bits). Byte 1: the second tissue and
   // Vertex::thin · 15. Byte 2: the second tissue's fraction · 255. Byte 3: the tissue below the surface and its visible
@@ -21,12 +21,12 @@ struct GpuVertex {
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
-inline constexpr float kDifferenceRange = 2e-3f;  // m
+inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex::difference that is stored
 
 /// Content of a brick; it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
 inline constexpr std::size_t kBrickKinds = 5;
-/// The bits of kHolds in frame.glsl for a kind of brick.
+/// Returns the bits of kHolds in frame.glsl for a kind of brick.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
@@ -36,7 +36,7 @@ struct Brick {
   int block = -1;
   BrickKind kind = BrickKind::kAny;
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
-  glm::vec3 lo{0}, hi{0};  // m, mesh
+  glm::vec3 lo{0}, hi{0};  // m, corners of the bounding box in the mesh's frame
   glm::vec3 cone_axis{0, 0, 1};
   float cone_cutoff = 1;         // sine of the largest angle between a normal and the axis; 1: all directions
   bool first = false;            // true if the brick exists since the start and has not changed
@@ -62,12 +62,13 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // range in the indirect buffer
 };
 
-/// Return whether the view draws the mesh, and whether the view draws the mesh as glass.
+/// The first function returns whether the view draws the mesh. The second function returns whether the view draws the
+/// mesh as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, W. Without a working tooth both are
-/// equal.
+/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, W. Without a working tooth, both are
+/// the bounds of all bodies.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
@@ -89,17 +90,18 @@ struct BrickStore {
   /// Frees the memory of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Bounds of the scene; no value if there are no bricks.
+  /// Returns the bounds of the scene; no value if there are no bricks.
   std::optional<SceneBounds> bounds() const;
-  /// Draw commands for the bricks in an eye's view, written into this slot's buffer of `into`. Adds the counts to
-  /// `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole picture.
+  /// Returns draw commands for the bricks in an eye's view. The commands are written into this slot's buffer of `into`,
+  /// and their counts are added to `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole
+  /// picture.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
   /// Marks the tiles whose content or lighting changed since the last frame because of changed bricks or of the tool.
   /// `data` contains the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
-  /// Draw commands for all bricks that the view shows and that lie in the given part of the shadow map.
+  /// Returns draw commands for all bricks that the view shows and that lie in the given part of the shadow map.
   std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
                              const ShadowMapBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,

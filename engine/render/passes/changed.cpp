@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // A row of boxes that has the same extent as the row above is joined with the row above.
+      // If a row of boxes has the same extent as the row above, both rows are joined.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -107,7 +107,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// Distance of the origin from the line between p and q.
+/// Returns the distance of the origin from the line between p and q.
 float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   const glm::vec3 d = q - p;
   const float dd = glm::dot(d, d);
@@ -115,7 +115,7 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   return glm::length(p + s * d);
 }
 
-/// True if the handpiece may shade a surface inside this ball by its shadow.
+/// Returns true if the handpiece may shade a surface inside this ball by its shadow.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
   constexpr float kHandpieceReach = 40e-3f;  // m, same value as in lighting.glsl
   constexpr int kPieces = 6;
@@ -144,7 +144,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Quick test, because most objects are farther from the tool than the tool's reach.
+  // A quick test first, because most objects are farther from the tool than its shadow and occlusion extend.
   const float most =
       std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -166,7 +166,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // Same radius as in surface.frag, plus a soft edge of a few pixels.
+  // The radius is that of surface.frag, plus a soft edge of a few pixels.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
@@ -182,8 +182,8 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // Lengths from lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's width in
-  // texels.
+  // The sum of the lengths in lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's
+  // width in texels.
   return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

@@ -17,14 +17,14 @@ namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
 
-/// Pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if a part of the box is behind
-/// the eye.
+/// Returns the pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if a part of the box
+/// is behind the eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);
 
-/// The tiles of one eye's picture, each marked or not.
+/// The tiles of one eye's picture. A tile is marked if it must be redrawn.
 class Tiles {
  public:
-  static constexpr int kSide = 16;  // pixels
+  static constexpr int kSide = 16;  // pixels, side of a tile
   void clear(glm::ivec2 picture);
   void mark(const PixelBox& box);
   void mark(const Tiles& other);
@@ -33,10 +33,10 @@ class Tiles {
   bool touch(const Tiles& other) const;
   double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// The marked (or unmarked) tiles within `within`, combined into few boxes.
+  /// Returns the marked (or unmarked) tiles within `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
-  /// Bounding box of all marked tiles.
+  /// Returns the bounding box of all marked tiles.
   PixelBox bounds() const;
 
  private:
@@ -44,10 +44,11 @@ class Tiles {
   std::vector<std::uint8_t> marked_;
 };
 
-/// True if the cursor's ring may be drawn on a surface inside this ball.
+/// Returns true if the cursor's ring may be drawn on a surface inside this ball.
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// True if the tool may shade a surface inside this ball by its shadow or its occlusion, as in shaders/lighting.glsl.
+/// Returns true if the tool may shade a surface inside this ball by its shadow or its occlusion, as in
+/// shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
 /// Area of the shadow map in which changed tissue can change a lookup of the shadow or of the occlusion.
@@ -63,7 +64,7 @@ struct ShadowMapBox {
   }
 };
 ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// Largest distance from a point to its lookups in the shadow map, in map coordinates.
+/// Returns the largest distance from a point to its lookups in the shadow map, in map coordinates.
 float shadow_lookup_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

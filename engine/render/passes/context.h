@@ -24,12 +24,12 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// Specialisation constants for frame.glsl.
+  /// Returns the specialisation constants for frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
   }
-  /// Options of a pipeline that draws into the eyes' pictures.
+  /// Returns the options of a pipeline that draws into the eyes' pictures.
   gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
                                       std::span<const std::uint32_t> fragment) const {
     gpu::PipelineOptions o;
@@ -45,10 +45,10 @@ struct PassContext {
   }
 };
 
-/// A growing buffer that the host writes; one for each frame in flight.
+/// One buffer for each frame in flight. The host writes the buffers, and they grow as needed.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// A buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
+  /// Returns a buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {
@@ -64,8 +64,8 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `omitted_fraction`: fraction of the next draw's pixels that is left out; for tools only. `open_radius`: see
-/// ObjectData::view; for handpieces only.
+/// Sets ObjectData::view for the next draw. `omitted_fraction`: fraction of the pixels that are not drawn; for tools
+/// only. `open_radius`: m, see ObjectData::view; for handpieces only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),

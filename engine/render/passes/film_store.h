@@ -17,7 +17,7 @@ struct FilmStore {
   SlotBuffers staging;
   struct Part {  // a changed part of the grid that waits for the next frame
     glm::ivec3 lo{0}, size{0};
-    std::size_t first = 0;  // index of its first texel in `texels`
+    std::size_t first = 0;  // index in `texels` of the part's first texel
   };
   std::vector<Part> parts;
   std::vector<FilmTexel> texels;

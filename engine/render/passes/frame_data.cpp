@@ -40,10 +40,10 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
     // The middle is rounded, so that the spot does not move while a tooth is cut.
-    constexpr double kStep = 2e-3;  // m
+    constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Half sizes of a box as seen from the lamp.
+    // Returns the half sizes of a box as seen from the lamp.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -52,7 +52,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
       }
       return most;
     };
-    // The working body is lit completely: a larger one, as a hip socket, has a larger lamp.
+    // The spot lights the working body completely. So a larger body, for example a hip socket, gets a larger spot.
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
@@ -69,7 +69,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
     // The bounds are rounded outward to multiples of kStep, so that the shadow map does not move while a tooth is cut.
-    constexpr double kStep = 2e-3;  // m
+    constexpr double kStep = 2e-3;  // m, rounding step
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
     const glm::dvec3 middle = 0.5 * (lo + hi);
@@ -112,10 +112,11 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
         data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
       }
     }
-    // Motion blur: a shutter that is open for the whole frame averages the blades, n of them around the head. Their
-    // contrast falls as |sin x / x| with x = n ω T / 2 to zero at one pitch per frame; beyond it, the small remaining
-    // contrast is neglected.
-    constexpr double kExposure = 1.0 / 60;  // s
+    // Motion blur: the shutter is open for the whole frame, so the picture is a mean over the positions of the n blades
+    // around the head. The contrast of the blades falls as |sin x / x| with x = n ω T / 2. It is zero if each blade
+    // moves to the position of the next blade in one frame. At higher speeds, the small remaining contrast is
+    // neglected.
+    constexpr double kExposure = 1.0 / 60;  // s, exposure time T
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;
     data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);

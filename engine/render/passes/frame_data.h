@@ -9,7 +9,8 @@
 
 namespace typodont::render {
 
-/// `drawn`: size of the pictures. `bounds`: bounds of all bodies that cast shadows; no value without tissue.
+/// Returns the uniform data. `drawn`: size of the pictures. `bounds`: bounds of all bodies that cast shadows; no value
+/// without tissue.
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kMatterCount>& looks,
                                 const ToolBody& tool, const HandpieceBody& handpiece, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds);

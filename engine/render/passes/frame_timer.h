@@ -10,14 +10,14 @@ namespace typodont::render {
 struct FrameTimer {
   VkQueryPool queries = VK_NULL_HANDLE;  // null if the device has no timestamps
   std::array<bool, gpu::FrameRing::kSlots> timed{};
-  double ms = 0;  // duration of the last frame that was read; 0: no frame was read
+  double ms = 0;  // ms, duration of the last frame that was read; 0: no frame was read
 
   static FrameTimer create(gpu::Device& device);
   void destroy(gpu::Device& device);
   /// Call at the beginning and at the end of a frame's commands.
   void begin(VkCommandBuffer commands, int slot) const;
   void end(VkCommandBuffer commands, int slot);
-  /// Call after the slot's last frame has finished.
+  /// Reads the GPU time of the slot's last frame. Call it after this frame has finished.
   void read(gpu::Device& device, int slot);
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 struct Instance {
   float place[4];         // xyz: position, w: radius; m
-  std::uint8_t color[4];  // sRGB, opacity
+  std::uint8_t color[4];  // rgb: sRGB; a: opacity
 };
 struct Streak {
   Instance head;
@@ -50,7 +50,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // The quad's corners lie √2 radii from its middle, and perspective enlarges the corners that are nearer to the eye.
+    // The quad's corners are √2 radii from its middle, and perspective enlarges the corners that are nearer to the eye.
     const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
@@ -75,7 +75,8 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       o.cull = VK_CULL_MODE_NONE;
       o.depth_write = false;
       o.blend = true;
-      o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});  // kView, kGlass, kHolds, kCorners
+      // values of the constants kView, kGlass, kHolds and kCorners
+      o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
       own = gpu::create_pipeline(context.device, o);
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, own);

@@ -17,16 +17,16 @@ struct ShadowPass {
   /// Redraws the given part of the map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // the new map has the largest depth everywhere: no shadow
+  void create_map(PassContext& context);  // in the new map, the depth is largest everywhere, which means no shadow
   void destroy(gpu::Device& device);
 };
 
-/// Effects on tissue that not every scene and level needs.
+/// Effects on tissue that only some scenes and quality levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;        // the border of the lamp's spot
-  bool film = false;        // water and slurry on the surface
-  bool light_grid = false;  // light from the room and from other surfaces is read from a grid
+  bool spot = false;        // true: the border of the lamp's spot is drawn
+  bool film = false;        // true: water and slurry on the surface are drawn
+  bool light_grid = false;  // true: light from the room and from other surfaces is read from a grid
   bool operator==(const SurfaceEffects&) const = default;
 };
 
@@ -35,7 +35,7 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that has been drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
-  bool with_cursor = false;     // cursor setting for which the pipelines were created
+  bool with_cursor = false;     // value of the cursor setting for which the pipelines were created
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
@@ -63,12 +63,12 @@ struct IndexedMesh {
 /// A tool's mesh on the GPU.
 struct ToolBody {
   IndexedMesh mesh;
-  int blades = 1;                                           // ToolMesh::blades
+  int blades = 1;                                           // number of blades, see ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
   /// angle.
   struct Slice {
-    float low = 0, high = 0, radius = 0;  // m
+    float low = 0, high = 0, radius = 0;  // m, lower and upper end along the axis, and radius
   };
   std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& shape);
@@ -84,7 +84,7 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  bool with_light_grid = false;  // SurfaceEffects::light_grid for which the first pipeline was created
+  bool with_light_grid = false;  // value of SurfaceEffects::light_grid for which the first pipeline was created
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -129,7 +129,8 @@ struct ParticlePass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the hidden area before all other parts and at the nearest depth, so that nothing else is drawn in this area.
+/// Draws the area that the user cannot see (behind a headset's lenses) before all other parts and at the nearest depth,
+/// so that nothing else is drawn in this area.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -139,8 +140,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the parts of the pictures that are kept: only into the depth, before all other parts, and at the nearest
-/// depth, so that nothing else is drawn in these parts.
+/// Draws the parts of the pictures that are kept, before all other parts. Only their depth is drawn, with the nearest
+/// value, so that nothing else is drawn in these parts.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

@@ -41,14 +41,14 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.depth_write = !glass;
       // A section shows the insides of bodies, and an open surface shows its back, so both sides are drawn.
       if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
-      o.constants.push_back(static_cast<std::uint32_t>(view));    // kView
-      o.constants.push_back(glass ? 1u : 0u);                     // kGlass
-      o.constants.push_back(holds(kind));                         // kHolds
-      o.constants.push_back(with_cursor ? 1u : 0u);               // kCursor
-      o.constants.push_back(effects.handpiece_shadow ? 1u : 0u);  // kHandpieceShadow
-      o.constants.push_back(effects.spot ? 1u : 0u);              // kSpot
-      o.constants.push_back(effects.film ? 1u : 0u);              // kFilm
-      o.constants.push_back(effects.light_grid ? 1u : 0u);        // kLightGrid
+      o.constants.push_back(static_cast<std::uint32_t>(view));    // value of the constant kView
+      o.constants.push_back(glass ? 1u : 0u);                     // value of the constant kGlass
+      o.constants.push_back(holds(kind));                         // value of the constant kHolds
+      o.constants.push_back(with_cursor ? 1u : 0u);               // value of the constant kCursor
+      o.constants.push_back(effects.handpiece_shadow ? 1u : 0u);  // value of the constant kHandpieceShadow
+      o.constants.push_back(effects.spot ? 1u : 0u);              // value of the constant kSpot
+      o.constants.push_back(effects.film ? 1u : 0u);              // value of the constant kFilm
+      o.constants.push_back(effects.light_grid ? 1u : 0u);        // value of the constant kLightGrid
       chosen = gpu::create_pipeline(context.device, o);
     }
     std::size_t end = i + 1;

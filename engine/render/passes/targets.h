@@ -24,26 +24,26 @@ class Targets {
   /// If true, the next create() keeps the scene's depth beside the pictures.
   bool keeps_depth = false;
 
-  /// True if the scene is stored separately from the particles in front of it. Particles change nearly the whole
-  /// picture in every frame; restoring a pixel of the scene costs a copy, while redrawing it costs triangles and
-  /// lighting. False if samples are averaged or one pass draws both eyes.
+  /// Returns true if the scene is stored separately from the particles in front of it. Particles change nearly the
+  /// whole picture in every frame. Restoring a pixel of the scene costs only a copy, while redrawing it costs triangles
+  /// and lighting. False if samples are averaged or one pass draws both eyes.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
-  /// The image into which the scene is drawn.
+  /// Returns the image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: the
-  /// parts that are not drawn keep their content.
+  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: true
+  /// if only parts are drawn; the other parts keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
   /// Begins the pass of one eye, or of both eyes if the device draws them in one pass. Only `box` of the picture is
   /// drawn.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear);
-  /// `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
+  /// Ends the pass. `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// If layered(), after the scene is drawn: stores the scene's new depth, and copies the `restored` parts of the scene
-  /// into the pictures. Passes between begin_over() and end_over() then draw over them.
+  /// Stores the scene's new depth, and copies the `restored` parts of the scene into the pictures. Must be called after
+  /// the scene is drawn, and only if layered(). Passes between begin_over() and end_over() then draw over these parts.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);
@@ -53,9 +53,9 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// Samples are averaged at the end of the pass if one pass draws both eyes, otherwise by a separate command for
-  /// each eye. lavapipe 22.3 would always average into the first layer, without an error, even if the pass names
-  /// another layer.
+  /// True if the samples are averaged at the end of the pass. This is the case if one pass draws both eyes. Otherwise a
+  /// separate command averages the samples of each eye, because lavapipe 22.3 would always average into the first
+  /// layer, without an error, even if the pass names another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

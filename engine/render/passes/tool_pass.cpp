@@ -82,7 +82,7 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // Constants of frame.glsl that a tool does not use, then kLightGrid.
+    // The constants of frame.glsl that a tool does not use are 0; the last constant is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }
@@ -97,7 +97,8 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   body = shape.body;
   boxes.clear();
   if (!mesh.index_count) return;
-  // Computes boxes of slices along z and along x. The body is long, so a single box would cover the whole picture.
+  // Computes one box for each slice along z and along x. The body is long, so a single box would cover the whole
+  // picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
@@ -139,7 +140,8 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
-    // Constants of frame.glsl that a handpiece does not use, then kPerPixel of handpiece.glsl.
+    // The constants of frame.glsl that a handpiece does not use are 0; the last constant is kPerPixel of
+    // handpiece.glsl.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
     handpiece_pipeline = gpu::create_pipeline(context.device, o);
   }

@@ -12,9 +12,9 @@ namespace typodont::session {
 namespace {
 
 constexpr RecordingLimits kLimits = kRecordingLimits;
-constexpr double kUnitTolerance = 1e-3;  // tolerance for the length of a unit quaternion or a unit vector
+constexpr double kUnitTolerance = 1e-3;  // largest deviation of a unit quaternion's or a unit vector's length from 1
 
-/// One row of a table; `what` names the column in error messages.
+/// Position of a value in a table, for error messages. `what` is the name of the column.
 struct Row {
   const std::string& file;
   std::string_view table;

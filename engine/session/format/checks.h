@@ -1,5 +1,5 @@
-// Checks the values in a session file when the file is read. After that, users of a SessionReader need not check
-// indices, poses, radii, times or counts again.
+// Checks the values in a session file when it is read. After these checks, code that uses a SessionReader can rely on
+// valid indices, poses, radii, times and counts.
 #pragma once
 
 #include <span>
@@ -11,28 +11,31 @@
 
 namespace typodont::session {
 
-/// Plausibility limits for a recording. They are far beyond the values of a real bench.
+/// Limits for plausible values of a recording. They are far beyond the values of a real bench.
 struct RecordingLimits {
-  // ns, limit of |time|; times may be negative, because streams may begin before the first tick
+  // Limit of the absolute value of a time, in ns. Times may be negative, because a stream of data may begin before the
+  // first tick.
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
-  double farthest = 100;     // m, limit of the distance from the workbench's origin; the servo refuses a hand beyond it
-  double farthest_cut = 10;  // m, limit of a cut's distance from the origin; real cuts are near the tissue
-  double longest_cut = 0.05;                   // m, length of one tick's cut; a surface patch is smaller than this
-  double largest_fill = 6e-3;                  // m, limit of the radius; real tools have at most 5 mm
-  double greatest_force = 1e3;                 // N, limit of the force
-  double fastest_spindle = 1e6;                // rad/s, limit of the spindle's speed
-  double largest_volume = 1;                   // m³, limit of a volume
-  double lowest_rate = 1, highest_rate = 1e5;  // Hz, limits of the servo's rate
-  std::uint64_t most_ticks = 864'000'000;      // limit: number of ticks in a day at 10 kHz
-  std::uint64_t most_rows_bytes = 4ull << 30;  // bytes, limit of a table that is kept completely in memory
+  // m, largest distance of the hand from the workbench's origin; the servo refuses a hand farther away
+  double farthest = 100;
+  double farthest_cut = 10;      // m, largest distance of a cut from the origin; real cuts are near the tissue
+  double longest_cut = 0.05;     // m, largest length of one tick's cut; a surface patch is smaller than this
+  double largest_fill = 6e-3;    // m, largest radius of a filled ball; real tools have at most 5 mm
+  double greatest_force = 1e3;   // N, largest force
+  double fastest_spindle = 1e6;  // rad/s, largest rotation speed of the spindle
+  double largest_volume = 1;     // m³, largest volume
+  double lowest_rate = 1, highest_rate = 1e5;  // Hz, smallest and largest rate of the servo
+  std::uint64_t most_ticks = 864'000'000;      // largest number of ticks: a day at 10 kHz
+  std::uint64_t most_rows_bytes = 4ull << 30;  // bytes, largest size of a table that is stored completely in memory
 };
 inline constexpr RecordingLimits kRecordingLimits;
 
-// All functions below throw Error(`file`, "cuts, row 7, index", found, expected).
+// Each function below throws an Error with the file, the position (for example "cuts, row 7, index"), the value found
+// and the value expected.
 
 void check_header(const std::string& file, const SessionHeader& header);
-/// `first`: row of the first tick in the file. Indices increase from tick to tick. A hand's pose may have any value,
-/// because the servo records invalid input unchanged.
+/// Checks that the ticks' indices increase from tick to tick. `first` is the row of the first tick in the file. The
+/// hand's pose may have any value, because the servo records invalid input unchanged.
 void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std::uint64_t first, std::size_t tools);
 void check_cuts(const std::string& file, std::span<const Cut> cuts, std::size_t tools);
 void check_patches(const std::string& file, std::span<const PatchUse> patches);

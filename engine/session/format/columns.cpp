@@ -12,8 +12,8 @@ namespace typodont::session {
 
 namespace {
 
-// Units of files. SI values are multiplied by a power of ten, which is exact in a double, so that they are rounded
-// only once. The division that converts them back also rounds once.
+// Units in files. An SI value is multiplied by a power of ten. This number is exact in a double, so that only one
+// rounding occurs. The division that converts the value back also rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -41,7 +41,8 @@ struct Krpm {
   static double to_si(double v) { return v * kKrpm; }
 };
 
-/// Makes a column that stores the field's own bits. `Field` is a captureless lambda from a message to its field.
+/// Makes a column that stores the exact bits of a message's field. `Field` is a lambda without captures that returns
+/// the field of a message.
 template <class Message, class Field>
 Column<Message> exact(std::string name, std::string unit, std::string text, Field) {
   using T = std::remove_cvref_t<decltype(Field{}(std::declval<Message&>()))>;
@@ -54,7 +55,7 @@ Column<Message> exact(std::string name, std::string unit, std::string text, Fiel
   return column;
 }
 
-/// Makes a column of doubles in a common unit such as mm.
+/// Makes a column of doubles in the unit `Unit`, for example mm.
 template <class Unit, class Message, class Field>
 Column<Message> scaled(std::string name, std::string text, Field) {
   Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
@@ -70,7 +71,8 @@ Column<Message> scaled(std::string name, std::string text, Field) {
   return column;
 }
 
-/// Makes a column that is computed from other fields and ignored on reading.
+/// Makes a column whose value is computed from other fields when it is written. The column is ignored when the file is
+/// read.
 template <class Message, class Value>
 Column<Message> derived(std::string name, std::string unit, std::string text, Value) {
   Column<Message> column{std::move(name), std::move(unit), std::move(text), Type::kF64};
@@ -95,7 +97,7 @@ Column<Message> added_later(Column<Message> column) {
 
 template <class Message, std::size_t... kIndex>
 void add_removed(std::vector<Column<Message>>& columns, const char* when, std::index_sequence<kIndex...>) {
-  // Index 0 is air, which cannot be removed.
+  // Index 0 is air. It has no column, because air cannot be removed.
   (columns.push_back(
        scaled<CubicMillimetres, Message>(fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
                                          fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
@@ -112,7 +114,8 @@ void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequenc
    ...);
 }
 
-/// Adds the columns of a unit quaternion with all bits. `PoseOf` is a captureless lambda from a message to its Pose.
+/// Makes the columns of a unit quaternion with its exact bits. `PoseOf` is a lambda without captures that returns a
+/// Pose of a message.
 template <class Message, class PoseOf>
 void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
                      PoseOf) {
@@ -143,7 +146,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   using T = ServoTick;
   std::vector<Column<T>> c;
 
-  // The columns are in the order of docs/interface.md, section 'Ticks'.
+  // The columns have the order of docs/interface.md, section 'Ticks'.
   Column<T> t_s = derived<T>("t_s", "s", "when the hand was sampled, since the session's start",
                              [](const T& t) { return static_cast<double>(t.t) / 1e9; });
   t_s.set = [](T& t, const std::byte* in) {
@@ -207,7 +210,8 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // Results of contact models are only in CSV tables, not in session files, because a replay computes them again.
+  // The next columns contain values that contact models compute. Only CSV tables have these columns; session files do
+  // not, because a replay computes the values again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;
@@ -217,11 +221,11 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  // This column is also in session files, because the score of an implant exercise depends on the state of its tool.
+  // Session files have this column, too, because the score of an implant exercise depends on the state of the tool.
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
-  // These further columns, with all bits, are for the replay.
+  // The replay needs the next columns with their exact bits.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));

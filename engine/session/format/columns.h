@@ -1,4 +1,5 @@
-// The columns of a session's tables: name, unit, meaning, and the conversion from and to a message.
+// The columns of a session's tables. A column has a name, a unit, a meaning, and functions that convert it from and to
+// a message.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +33,7 @@ constexpr Type type_of() {
   if constexpr (sizeof(T) == 1) return Type::kU8;
 }
 
-/// `Message` is ServoTick, Cut or PatchUse.
+/// A column of the table of `Message`, which is ServoTick, Cut or PatchUse.
 template <class Message>
 struct Column {
   std::string name;
@@ -40,10 +41,11 @@ struct Column {
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
-  void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
+  void (*set)(Message&, const std::byte*) = nullptr;  // null if the column is computed from other columns
   bool in_csv = true;
   bool in_file = true;
-  // added after the first release: older files lack this column, and the message keeps its default
+  // True if the column was added after the first release. Older files do not have this column; the message then keeps
+  // its default value.
   bool added = false;
 };
 
@@ -51,9 +53,9 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Text of the attribute `labels`, which every column with tissues has: "0 air, 1 enamel, …".
+/// Text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// Names of the fault bits: "1 bad_input, 2 stale_patch, …".
+/// Bits and names of the faults: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

@@ -12,9 +12,10 @@ namespace {
 
 thread_local std::string t_reason;
 
-/// HDF5 calls this function after every failed call. The error stack is valid until the next HDF5 call.
+/// Stores the reason of a failure. HDF5 calls this function after every failed call, because its error stack is valid
+/// only until the next HDF5 call.
 herr_t keep_reason(hid_t stack, void*) {
-  // Walks from the outermost to the innermost call; the description of the innermost call names the cause.
+  // Visits all entries of the error stack. The innermost call is the last entry, and its description names the cause.
   H5Ewalk2(
       stack, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
@@ -28,11 +29,12 @@ herr_t keep_reason(hid_t stack, void*) {
 }  // namespace
 
 H5Quiet::H5Quiet() {
-  // At exit HDF5 would repeat the writes that a full disk has refused, and then print errors. Sessions close their
-  // files themselves, so the exit handler is disabled. HDF5 accepts this only before any other call.
+  // Disables HDF5's exit handler, which would repeat the writes that a full disk has refused and then print errors.
+  // Sessions close their files themselves. HDF5 accepts this call only before any other call.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
-  // A file can name any filter, and HDF5 would load a plugin for it. Sessions need only the built-in filters.
+  // Disables plugins. A file can name any filter, and HDF5 would load a plugin for it, but sessions need only the
+  // built-in filters.
   static const bool no_plugins = H5PLset_loading_state(0) >= 0;
   static_cast<void>(no_plugins);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
@@ -49,10 +51,10 @@ std::string h5_reason() {
 
 namespace {
 
-constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, limit of the size of a chunk
-constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, limit of the length of an attribute
+constexpr hsize_t kLargestChunk = 16u << 20;         // bytes, largest size of a chunk
+constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes, largest length of an attribute
 
-/// Opens the object at `path`, from group to group. Checks that every name in the path is a hard link.
+/// Opens the object at `path`. Goes from group to group and checks that every name in the path is a hard link.
 H5 open_object(const std::string& file, hid_t root, const std::string& path) {
   H5 at(H5Oopen(root, ".", H5P_DEFAULT), H5Oclose);
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -101,7 +103,8 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // Compares the claimed size with the file's size, so that a small file cannot make the reader allocate much memory.
+  // Compares the size that the dataset claims to have with the size of the file. Otherwise a small file could make the
+  // reader allocate much memory.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());
@@ -138,7 +141,7 @@ hid_t h5_type(Type type) {
   return -1;
 }
 
-// HDF5 has no strings of length 0. Therefore "" is stored as one null byte.
+// HDF5 has no strings of length 0, so the text "" is stored as one null byte.
 H5 h5_string_type(std::size_t size) {
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.get(), std::max<std::size_t>(size, 1));
@@ -219,7 +222,7 @@ bool write_text(hid_t group, const char* name, std::string_view text) {
   H5 type = h5_string_type(bytes.size());
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);
   H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);  // no time stamps, so that equal sessions give equal bytes
+  H5Pset_obj_track_times(properties.get(), false);  // without time stamps, equal sessions give equal bytes
   H5 dataset(H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0;
 }
@@ -229,7 +232,7 @@ bool read_text(const H5& dataset, std::string& text) {
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  // A text is at most as long as the file, because open_dataset() checked the size.
+  // A text cannot be longer than the file, because open_dataset() has checked the size.
   if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');

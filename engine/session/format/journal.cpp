@@ -18,14 +18,15 @@ namespace typodont::session {
 
 namespace {
 
-// Format of the journal: first this header; then, for every change, its offset and length (8 bytes each) and its bytes.
+// The beginning of a journal file. The file contains this header, and after it each change as its offset, its length (8
+// bytes each) and its bytes.
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
 struct Header {
   std::array<char, 8> magic = kMagic;
-  std::uint64_t bytes = 0;     // size of all changes
-  std::uint64_t checksum = 0;  // FNV-1a of the changes; detects an incomplete journal
+  std::uint64_t bytes = 0;     // size of all changes in the journal
+  std::uint64_t checksum = 0;  // FNV-1a hash of the changes, which detects an incomplete journal
 };
-constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, size limit for reading
+constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, largest journal that is read
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
   const auto* from = static_cast<const char*>(bytes);
@@ -38,7 +39,7 @@ bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t plac
   return true;
 }
 
-/// Bytes beyond the end of the file are read as zeros, as HDF5 expects.
+/// Reads `size` bytes at the offset `place`. Bytes beyond the end of the file are read as zeros, as HDF5 expects.
 bool read_all(int fd, void* bytes, std::uint64_t size, std::uint64_t place) {
   auto* to = static_cast<char*>(bytes);
   while (size > 0) {
@@ -62,14 +63,14 @@ std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-/// A file of the driver. HDF5 accesses only the first member.
+/// A file that HDF5 opened with this driver. HDF5 itself accesses only the first member.
 struct JournaledFile {
   H5FD_t hdf5{};
   int fd = -1;
   Journal* journal = nullptr;
   haddr_t end_of_addresses = 0;
-  haddr_t end = 0;       // size of the file for HDF5
-  haddr_t real_end = 0;  // size without the uncommitted changes
+  haddr_t end = 0;       // size of the file as HDF5 sees it
+  haddr_t real_end = 0;  // size of the file on the disk, without uncommitted changes
   std::vector<Journal::Change> changes;
 
   static JournaledFile& of(H5FD_t* file) { return *reinterpret_cast<JournaledFile*>(file); }
@@ -122,7 +123,8 @@ struct JournaledFile {
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
     const JournaledFile& file = of(f);
     if (!read_all(file.fd, bytes, size, place)) return -1;
-    for (const Journal::Change& change : file.changes) {  // the newest change is last, so it replaces older bytes
+    // newer changes come later in the list, so they replace older bytes
+    for (const Journal::Change& change : file.changes) {
       const haddr_t begin = std::max<haddr_t>(place, change.place);
       const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
       if (begin < last)
@@ -159,7 +161,7 @@ struct JournaledFile {
     file.end = file.real_end = file.end_of_addresses;
     return 0;
   }
-  // HDF5's locks are not used, because recordings have their own lock, see layout.h
+  // The driver ignores HDF5's requests for locks, because recordings have their own lock (layout.h).
   static herr_t lock(H5FD_t*, hbool_t) { return 0; }
   static herr_t unlock(H5FD_t*) { return 0; }
   static int compare(const H5FD_t* a, const H5FD_t* b) {
@@ -219,8 +221,8 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
   }
-  // Reserves disk space for the growth of the file, so that a full disk is detected before the file changes. Not
-  // every file system supports this.
+  // Reserves the disk space by which the file will grow. So a full disk is detected before the file changes. Some file
+  // systems do not support this.
   if (new_end > old_end &&
       fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))
@@ -300,7 +302,7 @@ bool apply_journal(const std::filesystem::path& file, const std::filesystem::pat
   if (fd < 0) return false;
   bool good = true;
   for (std::size_t at = 0; good && at < changes->size();) {
-    std::array<std::uint64_t, 2> head{};  // offset, length
+    std::array<std::uint64_t, 2> head{};  // offset and length of a change
     if (changes->size() - at < sizeof head) break;
     std::memcpy(head.data(), changes->data() + at, sizeof head);
     at += sizeof head;

@@ -1,7 +1,7 @@
-// An HDF5 file driver whose file survives a power cut. A flush writes its changes to a journal beside the file and
-// syncs the journal. Then it writes the changes to the file and syncs the file. So at any moment either the file has
-// the state of the last flush, or the journal contains all missing changes. (This is SQLite's write-ahead log with a
-// checkpoint in every commit.)
+// A file driver for HDF5 with which a file survives a power cut. A flush first writes its changes to a journal beside
+// the file and syncs the journal. Then it writes the changes to the file and syncs the file. So at any moment, either
+// the file has the state of the last flush, or the journal contains all missing changes. (SQLite does the same with its
+// write-ahead log if every commit makes a checkpoint.)
 #pragma once
 
 #include <hdf5.h>
@@ -13,25 +13,26 @@
 
 namespace typodont::session {
 
-/// The journal of one file during its recording. Must outlive the HDF5 file. Recorder thread.
+/// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread.
 class Journal {
  public:
-  /// `file` may have another name until start() is called.
+  /// Makes the journal of `file`. The file may have another name until start() is called.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Makes `access` (H5P_FILE_ACCESS) open its file with this driver. Returns false if HDF5 refuses.
+  /// Makes HDF5 use this driver for files that are opened with the property list `access` (H5P_FILE_ACCESS). Returns
+  /// false if HDF5 refuses.
   bool use(hid_t access);
-  /// Starts the journal. Before this call, writes change the file directly. Afterwards the file changes only in
-  /// commits; each HDF5 flush is one commit.
+  /// Starts the journal. Before this call, writes change the file directly. After it, only commits change the file;
+  /// each HDF5 flush is one commit.
   void start() { started_ = true; }
-  /// The reason why a commit or a write failed; empty if no commit or write failed.
+  /// States why a commit or a write failed; empty if none failed.
   const std::string& failure() const { return failure_; }
 
   struct Change {
-    std::uint64_t place;  // offset in the file
+    std::uint64_t place;  // offset of the change in the file, in bytes
     std::vector<std::byte> bytes;
   };
 
@@ -39,20 +40,20 @@ class Journal {
   friend struct JournaledFile;
   bool commit(int file, std::vector<Change>& changes, std::uint64_t old_end, std::uint64_t new_end);
   bool fail(const char* what);
-  /// Removes the journal, because the file is complete without it.
+  /// Removes the journal file after the file itself has become complete.
   void remove();
 
   std::filesystem::path path_;
   int fd_ = -1;
-  bool started_ = false, needed_ = false;  // needed_: the file lacks a part of the last commit
+  bool started_ = false, needed_ = false;  // needed_: the file still lacks a part of the last commit
   std::string failure_;
 };
 
-/// Path of the journal, for example "s.h5.journal".
+/// Path of the journal of `file`, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
-/// Writes the changes of a complete journal of `file` to `target` (`file` itself or a copy) and syncs the target.
-/// Returns false if no journal exists, or only an unfinished one from a power cut; the file is then complete without
-/// the journal.
+/// Writes the changes from the journal of `file` to `target` (`file` itself or a copy of it) and syncs the target.
+/// Returns false if there is no journal, or only an incomplete one that was being written when the power failed. In
+/// this case the file is complete without the journal.
 bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
 /// True if `file` has a complete journal.
 bool has_journal(const std::filesystem::path& file);

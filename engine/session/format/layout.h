@@ -1,4 +1,4 @@
-// Definitions that the writer and the reader of session files both use, besides the columns.
+// Definitions for the writer and the reader of session files. The columns are defined in columns.h.
 #pragma once
 
 #include <array>
@@ -13,22 +13,22 @@ namespace typodont::session {
 
 inline constexpr const char* kFormatName = "typodont-session";
 inline constexpr std::uint64_t kFormatVersion = 1;
-// bytes, length of an event's text; a longer text continues in the next rows
+// Largest length, in bytes, of the text in one row of the events. A longer text continues in the next rows.
 inline constexpr std::size_t kEventText = 256;
-inline constexpr std::size_t kPictureText = 128;  // bytes, length of a picture's name and title
+inline constexpr std::size_t kPictureText = 128;  // bytes, largest length of a picture's name and of its title
 
 inline constexpr const char* kLostLabels =
     "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
-inline constexpr std::size_t kLostAtFirst = 5;  // number of loss counters in files of older versions
+inline constexpr std::size_t kLostAtFirst = 5;  // number of counters of lost data in files of the first version
 inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
   return {lost.ticks_ring, lost.cuts_ring,  lost.ticks_disk,   lost.cuts_disk,
           lost.other_disk, lost.other_ring, lost.pictures_disk};
 }
 
-/// Numbers and names of the event kinds: "0 note, 1 tool, …".
+/// Numbers and names of the kinds of events: "0 note, 1 tool, …".
 std::string event_labels();
 
-/// The group "loop": a LoopReport as numbers.
+/// Names of the values in the group "loop", which stores a LoopReport as numbers.
 inline constexpr const char* kLoopTimeLabels =
     "0 period_ns, 1 ticks, 2 misses, 3 worst_tick_index, 4 worst_tick_ns, 5 worst_jitter_ns";
 inline constexpr const char* kLoopGrantLabels = "0 fifo, 1 pinned_core, 2 locked_memory";
@@ -49,9 +49,11 @@ struct LoopFields {
   LoopReport report() const;
 };
 
-// HDF5 releases its own lock when SWMR starts. Therefore the writer holds another lock, on a byte far behind the end of
-// the file. With this lock a reader distinguishes a running session from a killed one. The lock ends with the process.
-int lock_while_recording(const std::filesystem::path& file);  // returns a descriptor to close, or -1
+// Locks a byte far behind the end of the file while the file is recorded. Returns a descriptor that the caller must
+// close, or -1. With this lock a reader can distinguish a session that is being recorded from one whose program was
+// killed, because the lock ends with the process. HDF5's own lock does not last long enough: HDF5 releases it when it
+// starts SWMR (single writer, multiple readers).
+int lock_while_recording(const std::filesystem::path& file);
 bool is_being_recorded(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -8,7 +8,7 @@ bool Table::create(hid_t file, const std::string& path, const std::string& text,
                    std::size_t chunk, int deflate) {
   chunk_ = chunk;
   H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);  // no time stamps, so that equal sessions give equal bytes
+  H5Pset_obj_track_times(group_properties.get(), false);  // without time stamps, equal sessions give equal bytes
   H5 group(H5Gcreate2(file, path.c_str(), H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
   if (!group || !set_attribute(group.get(), "description", text)) return false;
   for (Spec& spec : specs) {
@@ -18,7 +18,7 @@ bool Table::create(hid_t file, const std::string& path, const std::string& text,
     H5Pset_chunk(properties.get(), 1, &chunk_rows);
     H5Pset_shuffle(properties.get());
     H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
-    H5Pset_fletcher32(properties.get());  // a checksum, which detects a damaged chunk
+    H5Pset_fletcher32(properties.get());  // adds a checksum that detects a damaged chunk
     H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
     H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT, properties.get(),
                           H5P_DEFAULT),

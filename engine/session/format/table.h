@@ -1,4 +1,4 @@
-// Datasets that grow or are overwritten while a session is recorded.
+// Datasets that are extended or overwritten while a session is recorded.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,9 @@
 
 namespace typodont::session {
 
-/// Rows of fixed-size cells, stored by column. Rows are buffered and written in chunks, because a chunk is compressed
-/// when it is written. A heartbeat may write a partial chunk; the complete chunk is then written again later.
+/// A table with rows of fixed size, whose columns are stored separately. Rows are buffered and written in chunks,
+/// because HDF5 compresses a chunk when it is written. A regular save may write an incomplete chunk; the complete chunk
+/// is written again later.
 class Table {
  public:
   struct Spec {
@@ -27,12 +28,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// True if the buffered rows complete a chunk in the file; write them now.
+  /// True if the buffered rows complete a chunk of the file. They should then be written.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Number of rows written since the last commit(); a power cut could still lose them.
+  /// Number of rows that were written since the last commit(). A power cut would lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }
@@ -48,7 +49,7 @@ class Table {
   hsize_t written_ = 0, committed_ = 0;
 };
 
-/// A one-dimensional or scalar dataset that exists from the start and is overwritten in place.
+/// Creates a dataset of numbers (one-dimensional or scalar) that is later overwritten in place.
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
                     const void* initial, H5& dataset);
 bool overwrite(const H5& dataset, hid_t type, const void* value);

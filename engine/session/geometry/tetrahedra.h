@@ -1,6 +1,6 @@
-// Extracts the zero surface of a dense field as triangles by marching tetrahedra. The surface is exact where the field
-// is linear. Every point lies on an edge between two known samples, so that other fields can be interpolated at the
-// point in the same way.
+// Extracts the zero surface of a dense distance field as triangles (marching tetrahedra). The surface is exact where
+// the field is linear. Every point of a triangle lies on an edge between two samples, so that other fields can be
+// interpolated at this point, too.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace typodont::session {
 
-/// A point on the edge between samples i < j, at the fraction t of the edge.
+/// A point on the edge between the samples i < j: at sample i if t = 0, at sample j if t = 1.
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;
@@ -20,15 +20,16 @@ struct EdgePoint {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
   }
 };
-using EdgeTriangle = std::array<EdgePoint, 3>;  // counter-clockwise as seen from outside the tissue
+// the points are in counter-clockwise order as seen from outside the tissue
+using EdgeTriangle = std::array<EdgePoint, 3>;
 
-/// Calls `each(const EdgeTriangle&)` for every triangle. All cubes are split along the same main diagonal (Kuhn 1960),
-/// so that the surface has no cracks.
+/// Calls `each(const EdgeTriangle&)` for every triangle of the surface. All cubes are split into tetrahedra along the
+/// same main diagonal (Kuhn 1960), so that the surface has no cracks.
 template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;
   if (n.x < 2 || n.y < 2 || n.z < 2) return;
-  // corners a and b of each tetrahedron 0 → a → b → 7
+  // Each tetrahedron has the cube's corners 0, a, b and 7. The table contains a and b.
   static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   std::array<std::size_t, 8> offset{};
   for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);

@@ -1,4 +1,4 @@
-// Entries of the text catalogue: a key, and the text in every language.
+// Entries of the text catalogue. An entry is a key with its text in every language.
 #pragma once
 
 #include <array>
@@ -11,12 +11,13 @@ namespace typodont::session {
 
 struct Entry {
   std::string_view key;
-  std::array<std::string_view, kLanguageCount> text;  // English, German, Simplified Chinese; zero-terminated
+  std::array<std::string_view, kLanguageCount> text;  // text in English, German and Simplified Chinese; zero-terminated
 };
 
-/// Texts of the operator's window that the reports do not use.
+/// The texts that only the operator's window uses.
 std::span<const Entry> operator_catalogue() noexcept;
-/// Texts over the picture of a session. The build converts their characters to glyphs (engine/gpu/font).
+/// The texts that are drawn over the picture of a session. The build converts their characters to glyphs
+/// (engine/gpu/font).
 std::span<const Entry> hud_catalogue() noexcept;
 
 }  // namespace typodont::session

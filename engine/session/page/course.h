@@ -1,4 +1,4 @@
-// Collects all data that the report needs from a session's ticks in one pass.
+// Collects the data for the report from a session's ticks. All ticks are read once.
 #pragma once
 
 #include <array>
@@ -14,32 +14,34 @@
 namespace typodont::session {
 
 struct Course {
-  double t0 = 0, t1 = 1;  // s
+  double t0 = 0, t1 = 1;  // s, times of the first and the last tick
   std::uint64_t count = 0;
-  Series force, speed, spindle, depth, removed;  // N, mm/s, krpm, mm, mm³
-  double most_spindle = 0;                       // krpm, highest spindle speed
-  // number of ticks for each bin and each tissue in contact
+  // force in N, speed in mm/s, spindle speed in krpm, depth in mm, removed volume in mm³
+  Series force, speed, spindle, depth, removed;
+  double most_spindle = 0;  // krpm, highest spindle speed
+  // for each bin and each tissue: number of ticks in which the head touched this tissue
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
     std::uint64_t ticks = 0;
     double first = 0;
   };
-  std::vector<FaultCount> faults;  // one entry for each of fault_names()
+  std::vector<FaultCount> faults;  // one entry for each fault in fault_names()
   std::vector<float> cpu_us;
-  PerTissue removed_total{};  // m³
+  PerTissue removed_total{};  // m³ of each tissue
   HandMeasures hand;
 };
 
-/// Reads the session in pieces, so that the memory does not grow with the session's length.
+/// Reads the ticks of a session in pieces, so that the memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
-/// Input of the score: the recorded result; if the session has no result, computed from the ticks.
+/// Returns the input of the score. It is the recorded result or, if the session has no result, is computed from the
+/// ticks.
 ScoreInput input_of(const SessionReader& session, const Course& course);
-/// Computes the score by the rules of the session's scene.
+/// Computes the score with the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Name of the recorded scene; empty if the recording has no scene.
+/// Name of the scene in the recording; empty if the recording has none.
 std::string scene_name_of(const SessionReader& session);
-/// Title of the scene's task; empty if the task has no title.
+/// Title of the task in the session's scene; empty if there is none.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

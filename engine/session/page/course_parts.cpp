@@ -13,7 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::size_t kTableBins = 12;  // number of rows in the tables beside the plots over time
+constexpr std::size_t kTableBins = 12;  // number of rows in the tables that accompany the plots over time
 constexpr std::size_t kMostEvents = 200;
 
 }  // namespace
@@ -21,7 +21,7 @@ constexpr std::size_t kMostEvents = 200;
 void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
                      const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
-  // the column was not measured in this session
+  // Skips a column that was not measured in this session.
   if (values.empty() || (values.front() == 0 && values.back() == 0)) return;
   if (least_is_worst) std::reverse(values.begin(), values.end());
   const auto at = [&](double q) {
@@ -71,7 +71,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   put("<h3>{} ({})</h3>\n", say(key), unit);
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
-  // Writes the same data as a table of numbers, for readers who cannot see the plot.
+  // Writes the values of the plot also as a table, for readers who cannot see the plot.
   put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -186,7 +186,8 @@ void Page::loop_times(const LoopReport& loop) {
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // A quantile is the upper edge of its bin, so it can exceed the largest value; it is limited to this value.
+    // A quantile is the upper edge of a bin, which can be larger than the largest measured value. So it is limited to
+    // this value.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
@@ -201,7 +202,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // Shows at least one decade, so that the axis has marks.
+  // The axis shows at least one decade, because a shorter axis might have no marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -225,7 +226,7 @@ void Page::real_time(const LoopReport& loop) {
   const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
   for (const auto& [name, yes] : granted(loop.fifo, loop.pinned, loop.memory_locked))
     entry(name.data(), say(yes ? "realtime.yes" : "realtime.no"));
-  if (loop.bearable_force > 0) {  // the device has motors
+  if (loop.bearable_force > 0) {  // only for a device with motors
     entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
     std::vector<std::string> events;
     for (const auto& [event, name] : kSafetyEventNames) {
@@ -272,7 +273,7 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  // the session has no sound, or the sound was written to a file
+  // There is no latency if the session had no sound or wrote its sound to a file.
   if (!heard || heard->column("latency_s").empty()) return;
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"

@@ -1,5 +1,5 @@
-// A recorded stream with one row per frame, for the report. The object refers to its session, and the session must
-// outlive it.
+// Access to a recorded stream that has one row per frame, for the report. The object refers to its session, so the
+// session must exist longer.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ class FrameStream {
   FrameStream(const StreamSpec& spec, const StreamData& data) : spec_(&spec), data_(&data) {}
 
   std::size_t count() const { return data_->t.size(); }
-  /// The known values of a column, multiplied by `scale` and sorted.
+  /// Values of a column, multiplied by `scale` and sorted. Unknown values are omitted.
   std::vector<double> column(std::string_view name, double scale = 1) const {
     std::vector<double> values;
     for (std::size_t c = 0; c < spec_->columns.size() && c < data_->columns.size(); ++c) {
@@ -43,7 +43,7 @@ class FrameStream {
   const StreamData* data_;
 };
 
-/// No value if the session has no such stream or the stream has no frames.
+/// Returns the stream with this name; no value if the session has no such stream or the stream has no frames.
 inline std::optional<FrameStream> frames_of(const SessionReader& session, std::string_view stream) {
   const auto& specs = session.header().streams;
   for (std::size_t i = 0; i < specs.size() && i < session.streams().size(); ++i)

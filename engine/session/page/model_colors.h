@@ -1,4 +1,4 @@
-// Colours of the result in the report, used in its pictures and in the rotatable view. sRGB, 0..255.
+// Colours of the result in the report, for its pictures and for the rotatable view. The colours are sRGB, 0..255.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace typodont::session {
 
-/// Colour of each tissue, indexed by Tissue. Readers with any kind of colour blindness can tell them apart:
-/// tests/unit/color_vision_test.cpp.
+/// Colour of each tissue, indexed by Tissue. Readers with any kind of colour blindness can distinguish the colours, as
+/// tests/unit/color_vision_test.cpp checks.
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},
@@ -23,12 +23,13 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {98, 92, 110},
                                                                                 {156, 200, 206}}};
 
-/// Blue: too much tissue remains; grey: correct; red: cut too deep. Colour-blind readers can distinguish these
-/// colours.
+/// Colours of the deviation from the ideal. Blue: too much tissue remains; grey: no deviation; red: cut too deep.
+/// Colour-blind readers can distinguish these colours.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// `fraction`: -1 cut too deep, 0 correct, 1 too much tissue remains.
+/// Colour of a deviation. `fraction` is -1 if the cut is too deep, 0 without deviation, and 1 if too much tissue
+/// remains.
 inline glm::vec3 difference_color(float fraction) {
   const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];

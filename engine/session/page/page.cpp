@@ -143,7 +143,7 @@ void Page::summary() {
   put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
       say("result"));
   if (score_.counts()) {
-    // Rounds down, so that a missed pass mark does not look reached.
+    // Rounds the points down, because rounding up could show a missed pass mark as reached.
     const bool missed = !score_.passed();
     put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
         number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));

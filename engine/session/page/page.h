@@ -1,6 +1,6 @@
-// The report of one session as a page. The functions are listed in the order of the page. The functions about the
-// result are in result_parts.cpp, the functions about the course of the session in course_parts.cpp, and the other
-// functions in page.cpp.
+// The report of one session as a page. The functions are declared in the order in which their parts appear on the page.
+// Functions about the result are defined in result_parts.cpp, functions about the course of the session in
+// course_parts.cpp, and the other functions in page.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,10 +22,10 @@
 
 namespace typodont::session {
 
-/// The HTML from the doctype to the start of the body. The page loads no other files.
+/// Returns the beginning of the HTML page, from the doctype to the start of the body. The page loads no other files.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page, and stores the data that all parts of the page need.
+/// Writes one page, and stores the data that its parts need.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);
@@ -37,7 +37,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// Draws a gauge. `mark`: the pass mark as a fraction; negative: no pass mark.
+  /// Draws a gauge. `mark` is the pass mark as a fraction, or negative if there is no pass mark.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
@@ -52,20 +52,21 @@ class Page : private Words {
   void summary();
   void task();
 
-  /// The views for the pictures, and the starting view of the rotatable model.
+  /// The views in which the pictures show the result, and the first view of the rotatable model.
   struct Views {
     ModelView above, front, side, angled;
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// Text for a view: "From the buccal side" if the scene states the tooth's orientation, otherwise "From the front".
-  /// `name` is above, front, …
+  /// Returns the text for a view. It is, for example, "From the buccal side" if the scene states the tooth's
+  /// orientation, otherwise "From the front". `name` is above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// The model as text: positions as 16-bit fractions of the result's bounds; normals and deviations with 8 bits.
+  /// Returns the model as text. Positions are 16-bit fractions of the result's bounds; normals and deviations have 8
+  /// bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -74,21 +75,21 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// The phases of an exercise in implant surgery, and the force in each phase.
+  /// Writes the phases of an exercise in implant surgery, and the force in each phase.
   void implant();
 
-  /// Text of an event; tools and faults have names in the reader's language.
+  /// Returns the text of an event, in which tools and faults have names in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();
-  /// Draws the strip below the force plot that shows the touched tissue.
+  /// Draws a strip below the force plot. Its colours show which tissue the head touched.
   void touched();
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Writes median, 99 %, 99.9 % and maximum of the loop's times in a live session.
+  /// Writes median, 99 % quantile, 99.9 % quantile and maximum of the loop's times in a live session.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -101,7 +102,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Page about the program instead of the preparation. On screen and on paper, this is a separate page.
+  /// Writes the part about the program and the machine, which is a separate page on screen and on paper.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

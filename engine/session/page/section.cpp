@@ -12,14 +12,14 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m, margin around the region in which the trainee or the ideal changes tissue
+constexpr double kAround = 1.2e-3;  // m, width of the margin that the drawing shows around the changed region
 
 struct Window {
-  // m, limits of the drawing in the section plane, relative to the point `through`
+  // Limits of the drawing in m, in the section plane, relative to the point `through`.
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 
-/// Marching squares: returns the segments of the contour value = 0 in drawing units.
+/// Returns the segments of the contour value = 0 in drawing units (marching squares).
 std::string contour(const Window& w, double step, double scale, const std::function<double(double, double)>& value) {
   std::string path;
   const int nx = static_cast<int>((w.x1 - w.x0) / step), ny = static_cast<int>((w.y1 - w.y0) / step);
@@ -62,7 +62,7 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   const auto inside_box = [&](const dvec3& p) {
     return !glm::any(glm::lessThan(p, dvec3(0))) && !glm::any(glm::greaterThan(p, dvec3(in.before.size - 1)));
   };
-  // The visible window contains all differences between the three surfaces.
+  // Finds a window that contains all differences between the three surfaces.
   const double step = 0.5 * in.frame.voxel, reach = glm::length(dvec3(in.before.size)) * in.frame.voxel;
   Window w{1e9, -1e9, 1e9, -1e9};
   for (double x = -reach; x <= reach; x += 2 * step) {
@@ -77,7 +77,7 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   }
   if (w.x0 > w.x1) return "";
   w = {w.x0 - kAround, w.x1 + kAround, w.y0 - kAround, w.y1 + kAround};
-  const double scale = 400 / (w.x1 - w.x0);  // drawing units per m
+  const double scale = 400 / (w.x1 - w.x0);  // number of drawing units per metre
   const double height = (w.y1 - w.y0) * scale;
   const auto curve = [&](const DenseField& field, const char* css) {
     if (field.distance.empty()) return std::string();

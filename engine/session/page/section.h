@@ -1,4 +1,4 @@
-// A section through the preparation with the old surface, the ideal and the result, as inline SVG.
+// Draws a section through the preparation, with the old surface, the ideal and the result, as SVG inside the page.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace typodont::session {
 
-/// Labels at the left and the right of a section, e.g. "distal" and "mesial"; may be empty.
+/// Labels at the left and at the right of a section, for example "distal" and "mesial". They may be empty.
 struct SectionSides {
   std::string left, right;
 };
 
-/// The section plane passes through `through_W`; it contains the preparation's axis (upright) and `along_W` (to the
-/// right, perpendicular to the axis).
+/// Draws the section. Its plane passes through `through_W` and contains the preparation's axis (upwards in the drawing)
+/// and `along_W` (to the right, perpendicular to the axis).
 std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
                         const std::string& label, const SectionSides& sides);
 

@@ -1,4 +1,4 @@
-// Texts over the picture of a session. Three spaces separate parts that may stand on different lines.
+// Texts that are drawn over the picture of a session. Three spaces separate parts that may be drawn on different lines.
 #include "engine/session/page/catalogue.h"
 
 namespace typodont::session {

@@ -1,4 +1,4 @@
-// Texts of the operator's window.
+// Texts of the operator's window in all languages.
 #include "engine/session/page/catalogue.h"
 
 namespace typodont::session {

@@ -1,4 +1,5 @@
-// The style sheet of the report page. Colours of data have a contrast of 3:1 against the page in light and dark mode.
+// The style sheet of the report. In light and dark mode, the colours of data have a contrast of at least 3:1 to the
+// page.
 #pragma once
 
 namespace typodont::session {

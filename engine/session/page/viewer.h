@@ -1,4 +1,5 @@
-// The rotatable view of the result: a z-buffer in a canvas, without a graphics card and without external files.
+// The rotatable view of the result. It is a script that draws the triangles with a z-buffer into a canvas, without a
+// graphics card and without external files.
 #pragma once
 
 namespace typodont::session {

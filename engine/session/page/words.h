@@ -18,7 +18,7 @@ namespace typodont::session {
 struct Words {
   Language language = Language::kEnglish;
 
-  /// A catalogue text with its placeholders filled in. The texts contain no markup.
+  /// Returns a text of the catalogue with its placeholders filled in. The texts contain no markup.
   template <class... Args>
   std::string say(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
@@ -38,8 +38,8 @@ struct Words {
     }
     return value;
   }
-  /// The points of a score. If the pass mark is missed, they are red and marked with a cross for colour-blind readers.
-  /// The points are rounded down, so that a missed pass mark does not look reached.
+  /// Returns the points of a score as text. If the pass mark is missed, they are red and have a cross for colour-blind
+  /// readers. They are rounded down, because rounding up could show a missed pass mark as reached.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
     return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
@@ -53,7 +53,7 @@ struct Words {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);
   }
-  /// Converts an ISO date to "2025-01-02 03:04 UTC".
+  /// Converts a date in ISO format to the form "2025-01-02 03:04 UTC".
   std::string date(const std::string& iso) const {
     if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
     return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");

@@ -35,21 +35,21 @@ constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle be
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature
+constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature()
 constexpr float kMaxLift = 0.1f;       // upper limit of the lift divided by s
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, limit of the distance of a crease vertex outside its cell
-// Voxels: limits of |trilinear interpolation of the field| at an accepted vertex, on a crease (kCreaseValue) and
-// elsewhere.
+// voxels, limits of the absolute value of the field (by trilinear interpolation) at an accepted vertex: on a crease
+// (kCreaseValue) and elsewhere
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
-// Index of the sample at cell corner (x,y,z); x, y and z are each -1..17.
+// Returns the index of the sample at cell corner (x,y,z); x, y and z are each -1..17.
 constexpr int sample(int x, int y, int z) {
   return ((x + 1) * FieldBrick::kSamples + (y + 1)) * FieldBrick::kSamples + (z + 1);
 }
 
-// Bit z is set if sample z of the row (17 samples) is solid.
+// Returns the signs of a row of 17 samples: bit z is set if sample z is solid.
 std::uint32_t solid_bits(const float* row) {
 #if defined(__SSE2__)
   const __m128 zero = _mm_setzero_ps();
@@ -73,13 +73,14 @@ struct Node {
   std::uint16_t vertex = kNone;
 };
 
-// Bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³ corners: (x·3 +
-// y)·3 + z.
+// Returns the bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³
+// corners: (x·3 + y)·3 + z.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // bit masks: the midpoint of each edge, each face and the block; the corners of that edge, face or block
+  // Bit masks of 19 items: the edges, the faces and the block itself. `point`: the item's midpoint. `corners`: the
+  // item's corners.
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -142,7 +143,7 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
 }
 
-// The label of all solid samples among the 4³ samples around a cell; kAir if there are several labels.
+// Returns the label of all solid samples among the 4³ samples around a cell; kAir if there are several labels.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
   // Fast path: usually all labelled samples have the same label. Compares four samples at a time and skips zero bytes
@@ -179,7 +180,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   return only;
 }
 
-// The brick's only label besides air; kAir if there are several labels.
+// Returns the brick's only label besides air; kAir if there are several labels.
 Tissue only_tissue(const FieldBrick& brick) {
   Tissue only = Tissue::kAir;
   std::uint8_t differs = 0;
@@ -193,8 +194,8 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// Vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the crossings
-// lies below the surface; the depth is half the covariance of points and normals.
+// Returns the vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the
+// crossings lies below a convex surface; its depth is half the covariance of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -214,7 +215,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Vertex on a crease: the intersection of the crease's sides, if it lies in the cell.
+// Returns the vertex on a crease: the intersection of the crease's sides, if it lies in the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -223,7 +224,8 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Trilinear interpolation of the field at point p, in cell-corner coordinates. p lies within the samples.
+// Returns the trilinear interpolation of the field at point p, which is in cell-corner coordinates and within the
+// samples.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -240,7 +242,7 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// Corner number (x·17 + y)·17 + z of each edge's base, relative to the corner number of its cell.
+// For each edge, the corner number (x·17 + y)·17 + z of its base, relative to the corner number of its cell.
 constexpr std::array<int, 12> kEdgeBase = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -368,8 +370,8 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Shape number of a cell. If the neighbour across a face would touch the cell along two arcs, the shape is flipped
-// across this face.
+// Returns the number of a cell's shape. If the neighbour across a face would touch the cell along two arcs, the shape
+// is flipped across this face.
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
@@ -401,7 +403,7 @@ void Contourer::Scratch::find_patches() {
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto pair = [&](std::uint32_t bits, int at) {  // signs at the corners z and z + 1 of a row
+        auto pair = [&](std::uint32_t bits, int at) {  // returns the signs at the corners z and z + 1 of a row
           return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
         };
         const glm::ivec3 at(x, y, z);
@@ -458,7 +460,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Sums over all crossings in all cells of a block.
+// Returns the sums over all crossings in all cells of a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
@@ -479,8 +481,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges blocks of the level below into blocks of 2^level cells, where one vertex can represent the surface. Returns
-// false if no block was merged.
+// Merges blocks of the next finer level into blocks of 2^level cells per side, where one vertex can represent the
+// surface. Returns false if no block was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);

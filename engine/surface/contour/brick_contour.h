@@ -14,12 +14,12 @@
 namespace typodont::surface {
 
 struct ContourVertex {
-  glm::vec3 position{0};  // voxels, index space
+  glm::vec3 position{0};  // voxels, position in index space
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
-  // true if the cell's normals differ by at most 64°; such a crease is shaded with the mean normal
+  // true if the cell's normals differ by at most 64°; then the crease is shaded with the mean normal
   bool gentle = false;
 };
 
@@ -39,7 +39,7 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // one bit per cell; set if the cell contains surface
+  std::array<std::uint64_t, 64> active{};  // one bit for each cell; the bit is set if the cell contains surface
   std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this word
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;

@@ -17,7 +17,7 @@ int edge_between(int corner_a, int corner_b) {
   }
 }
 
-// The corners of a face, in circular order.
+// Returns the corners of a face, in circular order.
 std::array<int, 4> ring_of(int face) {
   const int axis = face / 2;
   const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
@@ -77,7 +77,7 @@ Joined join(int config, int flipped_faces) {
     }
   }
 
-  // Number the patches by their lowest edge.
+  // Numbers the patches by their lowest edge.
   std::array<int, 12> number;
   number.fill(-1);
   for (int corner = 0; corner < 8; ++corner) {

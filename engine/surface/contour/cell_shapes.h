@@ -8,11 +8,11 @@
 
 namespace typodont::surface {
 
-// Numbering. Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along axis a; k = u + 2v, where
-// (u, v) is its position along the other two axes, in the order y,z for a = x; x,z for a = y; x,y for a = z. Face 2a +
-// side is perpendicular to axis a.
+// Numbering of corners, edges and faces. Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along
+// axis a; k = u + 2v, where (u, v) is the edge's position along the other two axes, in the order y,z for a = x; x,z for
+// a = y; x,y for a = z. Face 2a + side is perpendicular to axis a.
 
-/// The surface inside a cell is a set of discs ("patches"), each bounded by a loop of crossed edges.
+/// Shape of the surface inside a cell: a set of discs ("patches"), each bounded by a loop of crossed edges.
 struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of crossed edges
@@ -30,14 +30,14 @@ class CellShapes {
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Faces on which both arcs belong to one patch; bit f is set for face f.
+  /// Returns the faces on which both arcs belong to one patch; bit f is set for face f.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
+  /// Returns the shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// True if the shape has one patch, and no face with four crossings. Its surface is then a disc at every resolution
-  /// (Ju et al. 2002).
+  /// Returns true if the shape has one patch, and no face with four crossings. Its surface is then a disc at every
+  /// resolution (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:

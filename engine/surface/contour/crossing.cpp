@@ -51,7 +51,7 @@ struct OneSided {
   }
 };
 
-// True if the samples at both ends of the edge lie on the same plane; `out` is then the plane's gradient.
+// Returns true if the samples at both ends of the edge lie on the same plane; `out` is then the plane's gradient.
 bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
   if (!p.unit() || !q.unit()) return false;
   float least = 2 * kSame * kSame;

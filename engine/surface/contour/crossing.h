@@ -22,11 +22,11 @@ struct LocalCrossing {
 };
 
 /// Computes the crossing of one edge. `at` is the sample at the edge's base; a, b, c are the strides along and across
-/// the edge. Reads -a..2a, and ±b, ±c at both ends. In a smooth field, the function uses a second-order crossing and
-/// central differences. After CSG the field is a maximum or minimum of distances, and its slope jumps at a crease.
-/// Near a crease the function extrapolates the field linearly from one side to find the crossing. It then takes the
-/// differences on the side on which the gradient has length 1, as in a distance field. So plane faces are reproduced
-/// exactly up to their edges.
+/// the edge. Reads the samples -a..2a, and the samples ±b, ±c at both ends. In a smooth field, the function uses a
+/// second-order crossing and central differences. After CSG (union or difference of bodies) the field is a maximum or
+/// minimum of distances, and its slope jumps at a crease. Near a crease the function extrapolates the field linearly
+/// from one side to find the crossing. It then takes the differences on the side on which the gradient has length 1, as
+/// in a distance field. So plane faces are reproduced exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 }  // namespace typodont::surface

@@ -49,9 +49,9 @@ struct Moments {
   float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
 };
 
-/// Largest absolute principal curvature, estimated from the change of the normals with position in the block. In a
-/// direction in which the variance of the points is below `least`, the function uses the mean curvature of the
-/// crossings.
+/// Returns the largest absolute principal curvature, estimated from the change of the normals with position in the
+/// block. In a direction in which the variance of the points is below `least`, the function uses the mean curvature of
+/// the crossings.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

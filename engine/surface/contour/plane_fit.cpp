@@ -6,7 +6,7 @@
 namespace typodont::surface {
 namespace {
 
-// Eigenvectors of a symmetric 3×3 matrix by cyclic Jacobi rotations; returned as columns of `v`.
+// Computes the eigenvectors of a symmetric 3×3 matrix by cyclic Jacobi rotations. They are returned as columns of `v`.
 void eigen(double a[3][3], double v[3][3]) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) v[i][j] = i == j;

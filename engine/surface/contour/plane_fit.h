@@ -37,12 +37,13 @@ struct PlaneSums {
 struct PlaneFit {
   glm::vec3 point{0};
   float residual = 0;  // voxels, root-mean-square distance of the point from the planes
-  int rank = 0;        // 1: flat, 2: an edge, 3: a corner
+  /// number of directions that the planes determine: 1 on a flat surface, 2 on an edge, 3 in a corner
+  int rank = 0;
 };
 
-/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. A direction that
-/// the planes hardly determine keeps the mean's coordinate: its eigenvalue is below `cutoff` times the largest one, or
-/// is not among the `most` largest ones.
+/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. In a direction
+/// that the planes hardly determine, the point has the mean's coordinate. Such a direction has an eigenvalue below
+/// `cutoff` times the largest eigenvalue, or its eigenvalue is not among the `most` largest ones.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

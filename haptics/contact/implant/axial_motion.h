@@ -1,18 +1,20 @@
-// The virtual coupling of eq. (3)–(5) of Zhao 2020 along one line, and the step limits of eq. (7)–(10).
+// Motion of a tool along a bed's axis: the virtual coupling of eq. (3)–(5) of Zhao 2020, and the step limits of eq.
+// (7)–(10).
 #pragma once
 
 #include <algorithm>
 
 namespace typodont::haptics::implant {
 
-/// A virtual tool on a line, pulled by a spring and damped by drag. SI.
+/// State of the virtual tool, which a spring pulls along a line and a drag force damps. SI units.
 struct AxialState {
-  double speed = 0;  // m/s
+  double speed = 0;  // m/s, speed of the tool along the line
 };
 
-/// Displacement in m of the tool in `dt` towards a hand at distance `ahead` (m): spring `k` (N/m), mass `m` (kg), drag
-/// (N·s/m). Implicit Euler of eq. (5), (m I - h D - h² K) dv = h (f + h K v) with f = k·ahead - drag·v, which is stable
-/// for every k and h. Without a mass the result is the balance of spring and drag at the end of the tick.
+/// Returns the displacement of the tool (m) in the time `dt` towards a hand at distance `ahead` (m). `k`: spring
+/// stiffness (N/m); `mass` in kg; `drag`: viscous friction (N·s/m). Integrates eq. (5) with implicit Euler, (m I - h D
+/// - h² K) dv = h (f + h K v) with f = k·ahead - drag·v, which is stable for every k and h. With mass 0 the tool moves
+/// to the point at which spring and drag balance at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -25,9 +27,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Eq. (7)–(9), corrected: an obstacle limits the advance, but never the withdrawal. The printed equation has the two
-/// cases exchanged: with it, a tool without an obstacle does not move. `wanted`: m, wanted motion along the axis,
-/// inward; `free`: m, distance to the obstacle; `step`: m, largest step in a tick.
+/// Applies eq. (7)–(9) in a corrected form: an obstacle limits the advance, but never the withdrawal. The printed eq.
+/// (7) has its two cases exchanged, so that a tool without an obstacle would not move. `wanted`: requested motion along
+/// the axis, positive inward, m; `free`: distance to the obstacle, m; `step`: largest step per tick, m.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

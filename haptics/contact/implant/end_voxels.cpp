@@ -25,16 +25,17 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels, distance ahead of a tool voxel at which the field is compared with its value at this voxel
+// voxels; the field at a tool voxel is compared with the field at this distance ahead of it
 constexpr double kAhead = 1.5;
-constexpr double kFalls = 0.5;     // voxels, least decrease of the field over kAhead voxels that indicates an obstacle
-constexpr double kTouches = 0.25;  // voxels, distance from bone up to which an obstacle blocks the advance
+// voxels; if the field decreases by at least this amount over kAhead voxels, there is an obstacle ahead
+constexpr double kFalls = 0.5;
+constexpr double kTouches = 0.25;  // voxels, largest distance from bone at which an obstacle still blocks the advance
 constexpr std::size_t kBlock = EndVoxels::kBlock;
-constexpr std::uint32_t kLawsOfFloats = 6;  // the first version of the force laws that is evaluated in floats
+constexpr std::uint32_t kLawsOfFloats = 6;  // first version of the force laws that uses floats for this computation
 
-/// Functions that read the samples at kBlock indices in one call.
+/// Functions that gather field samples: each call reads the samples at kBlock indices.
 struct Reader {
-  /// Two neighbouring samples at each index.
+  /// Reads two neighbouring samples at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
   void (*samples)(const float* from, const std::int32_t* at, float* to);
   void (*bytes)(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to);
@@ -55,7 +56,7 @@ void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
 #ifdef TYPODONT_GATHERS
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Masked forms, because GCC 12 warns wrongly about an unused operand of the plain ones.
+// Uses the masked intrinsics, because GCC 12 gives a false warning for the unmasked ones.
 namespace gathered {
 void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
   const __m512i none = _mm512_setzero_si512();
@@ -76,7 +77,8 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Reads three bytes beyond the last one, which a patch has, because tool voxels stay away from its border.
+/// Reads up to three bytes beyond the last requested byte. These bytes exist, because tool voxels never lie at the
+/// border of a patch.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -98,8 +100,9 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// The arguments of look_at_end() as plain data. `Real` is the type of the computation: float, or double for recordings
-/// by older laws. Positions are relative to a voxel near the tool, so that floats suffice.
+/// The arguments of look_at_end() as plain data. `Real` is the number type of the computation: float, or double to
+/// replay recordings made with older force laws. Positions are relative to a voxel near the tool, because floats are
+/// then precise enough.
 template <class Real>
 struct Task {
   using Vector = glm::vec<3, Real>;
@@ -111,32 +114,34 @@ struct Task {
   const Tissue* tissue;
   const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
-  Vector center;           // voxels
+  Vector center;           // voxels, centre of the head
   glm::mat<3, 3, Real> R;  // transform of vectors from T (m) to V (voxels)
-  Vector beyond;           // voxels, vector from a tool voxel to the place where an obstacle must continue
-  Real slowness;           // s/rad, 1 over the spindle's speed; 0 if it stands still
+  // voxels, vector from a tool voxel to the point ahead of it at which the presence of an obstacle is checked
+  Vector beyond;
+  Real slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
 };
 
-/// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a number, so that loops over
-/// both become vector code.
+/// Data of one block of tool voxels, with one array per property. A flag is 0 or 1 and has the same width as a number,
+/// so that the compiler can vectorize loops over flags and numbers.
 template <class Real>
 struct alignas(64) Block {
   using Flag = std::conditional_t<std::is_same_v<Real, float>, std::int32_t, std::int64_t>;
 
-  Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in V
-  Real field[kBlock];                    // voxels, distance from bone at the voxel's centre
-  Real gap[kBlock];                      // m, distance of the voxel's surface from bone
+  Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in frame V
+  Real field[kBlock];                    // voxels, signed distance from bone at the tool voxel's centre
+  Real gap[kBlock];                      // m, distance of bone from the tool's surface at this voxel
   Flag touches[kBlock];                  // the voxel is in contact with bone
-  Flag stops[kBlock];                    // the voxel cannot cut the bone that it touches
-  Real ahead[kBlock];                    // voxels, distance from bone at `beyond`
-  std::int32_t at[kBlock];               // index of the sample to read
-  Flag label[kBlock];                    // tissue at `beyond`
-  std::int32_t byte[kBlock];             // hardness of the sample as a byte (hardness.h)
+  Flag stops[kBlock];                    // the voxel touches bone that it cannot cut
+  Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
+  std::int32_t at[kBlock];               // index of the patch sample to read
+  Flag label[kBlock];                    // tissue label at the point `beyond`
+  std::int32_t byte[kBlock];             // hardness of the sample, stored as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // the voxel's summands
+  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // contributions of each voxel to the sums
 };
 
-/// Trilinear samples as sample_linear() computes them. Returns whether any voxel is nearer to bone than a patch voxel.
+/// Interpolates the field trilinearly, as sample_linear() does. Returns true if any tool voxel is less than one patch
+/// voxel away from bone.
 template <class Real>
 TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Real>& b) {
   const float* const vx = task.voxels.x.data() + first;
@@ -161,7 +166,7 @@ TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Rea
     u[i] = qx - static_cast<Real>(ix), v[i] = qy - static_cast<Real>(iy), w[i] = qz - static_cast<Real>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
-  // The eight corners of each cell as four pairs along z, because a pair is one load.
+  // The eight corner samples of each cell are stored as four pairs along z, because one load reads a pair.
   alignas(64) float low[4][kBlock], high[4][kBlock];
   const std::ptrdiff_t sy = n, sx = sy * sy;
   task.reader.pairs(task.distance, b.at, low[0], high[0]);
@@ -185,7 +190,7 @@ TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Rea
   return any != 0;
 }
 
-/// std::round(), without a call.
+/// Same result as std::round(), but without a library call.
 template <class Real>
 TYPODONT_KERNEL std::int32_t rounded(Real v) {
   const Real whole = static_cast<Real>(static_cast<std::int32_t>(v)), rest = v - whole;
@@ -193,8 +198,8 @@ TYPODONT_KERNEL std::int32_t rounded(Real v) {
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Finds the bone in front of the voxels that touch. An obstacle must continue ahead of the tool; bone beside the tool
-/// is not an obstacle. Returns the labels of the bone at the voxels that still touch, as bits.
+/// Finds the bone in front of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
+/// bone beside the tool is not an obstacle. Returns the tissue labels at the voxels that remain in contact, as bits.
 template <class Real>
 TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
@@ -215,7 +220,7 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  Flag labels = 0;  // one bit for each label
+  Flag labels = 0;  // one bit for each tissue label
   for (std::size_t i = 0; i < kBlock; ++i) {
     const Flag falls = b.field[i] - b.ahead[i] < static_cast<Real>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
@@ -224,8 +229,9 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
   return static_cast<std::uint64_t>(labels);
 }
 
-/// The summands of eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the other components
-/// cancel around the axis. A voxel that does not touch adds 0. Returns whether any voxel stops the tool.
+/// Contributions of the voxels to eq. (2) for a feed along -z. add_cutting() computes the same for any direction;
+/// components perpendicular to the axis are omitted here, because they cancel. A voxel without contact contributes 0.
+/// Returns true if any voxel stops the tool.
 template <class Real>
 TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
@@ -260,7 +266,7 @@ TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::ui
     const Real grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
     const Real contact = static_cast<Real>(area[i]) * share * weight;
     const Real front = static_cast<Real>(facing[i]);
-    Real specific = b.energy[i] * hardness;  // J/m³
+    Real specific = b.energy[i] * hardness;  // J/m³, specific cutting energy of the bone at this voxel
     if constexpr (std::is_same_v<Real, float>) {
       specific *= inverse_ability[i];
     } else {
@@ -294,8 +300,8 @@ TYPODONT_KERNEL void add_stops(const Task<Real>& task, std::size_t first, const 
   }
 }
 
-/// A sum over voxels. Floats are summed in kBlock partial sums, which are vector code; doubles one after the other, as
-/// the laws before kLawsOfFloats did.
+/// Sum over tool voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are added in
+/// the order of the voxels, to reproduce force laws older than kLawsOfFloats.
 template <class Real>
 struct Sum;
 template <>
@@ -361,7 +367,7 @@ void look_in_doubles(const Task<double>* task, EndLook* look) {
   look_at_all(*task, *look);
 }
 
-/// `origin`: the voxel to which positions are relative.
+/// `origin`: the patch voxel to which all positions are relative.
 template <class Real>
 Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                    const dquat& R_WT, const glm::ivec3& origin) {
@@ -385,11 +391,12 @@ Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const End
 
 namespace {
 
-/// Replaces each square of 2 × 2 equal voxels in a plane perpendicular to the axis by one voxel with their area and
-/// their means. The other voxels stay, and those near the axis, because eq. (2) weights them by 1/r.
+/// Merges each square of 2 × 2 equal voxels in a plane perpendicular to the axis into one voxel with their total area
+/// and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because eq. (2) weights
+/// them by 1/r.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // voxels
+  constexpr double kNearAxis = 8;  // voxels, distance from the axis within which voxels are not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {

@@ -1,4 +1,4 @@
-// The voxels in front of a tool's end, and the cutting law summed over all of them at one pose.
+// The voxels in front of a tool's end. Sums the cutting law over these voxels at one pose of the tool.
 #pragma once
 
 #include <cstddef>
@@ -12,57 +12,62 @@
 
 namespace typodont::haptics::implant {
 
-/// The voxels in front of the end (the first ToolVoxels::ahead of ToolVoxels::outer) with one array per property. The
-/// arrays are padded to whole blocks with voxels that never touch bone.
+/// The voxels in front of the tool's end (the first ToolVoxels::ahead elements of ToolVoxels::outer), stored as one
+/// array per property. Padding voxels, which never touch bone, fill the last block.
 struct EndVoxels {
-  static constexpr std::size_t kBlock = 32;  // voxels that are evaluated together
+  static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
-  /// All voxels, in the same order.
+  /// Copies all voxels in front of the end in their original order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
-  /// On a flat part of the end, each square of four voxels becomes one voxel, if its edge is at most `coarsest` (m):
-  /// the field is linear within a voxel of the tissue, so a finer sampling adds nothing.
+  /// On flat parts of the end, merges each square of four voxels into one voxel if its edge is at most `coarsest` (m).
+  /// The field is linear within a voxel of the tissue, so a finer sampling would not improve the result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
-  std::vector<float> x, y, z;                   // m, in T
-  std::vector<float> outside;                   // m, see ToolVoxel
-  std::vector<float> area;                      // m²
-  std::vector<float> facing;                    // cosine between the outward normal and the feed along -z
-  std::vector<float> inverse_r;                 // 1/m
-  std::vector<float> ability, inverse_ability;  // inverse_ability is 0 where ability is 0
+  std::vector<float> x, y, z;  // m, positions of the voxels in frame T
+  std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
+  std::vector<float> area;     // m², surface area that the voxel represents
+  // cosine of the angle between the outward normal and the feed direction -z
+  std::vector<float> facing;
+  std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
+  std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance from the axis
-  std::size_t count = 0;                        // voxels without the padding
-  double share = 1;                             // factor of the areas: 1 / ToolVoxels::ahead_share
+  std::size_t count = 0;                        // number of voxels without the padding
+  // factor that scales the areas to the whole end: 1 / ToolVoxels::ahead_share
+  double share = 1;
 };
 
-/// Properties of tissues and tool for look_at_end(). SI.
+/// Properties of the tissues and the tool for look_at_end(). SI units.
 struct EndLaw {
-  std::uint32_t laws = kServoLaws;  // version of the force laws (contract/contact.h); before 6 with other rounding
-  double voxel = 0;                 // m, voxel of the patch
-  double width = 0;                 // m, a voxel that cannot cut stops the tool only within this distance from the axis
-  bool cuts = false;                // false: no voxel cuts
-  double greatest_grey = 0;         // Hounsfield units, greatest grey value that the tool cuts
-  double speed = 0;                 // rad/s, speed of the spindle
+  // version of the force laws (contract/contact.h); versions before 6 round differently
+  std::uint32_t laws = kServoLaws;
+  double voxel = 0;  // m, voxel size of the patch
+  // m; a voxel that cannot cut stops the tool only if it is nearer to the axis than this
+  double width = 0;
+  bool cuts = false;         // false: no tool voxel can cut, for example because the spindle is stopped
+  double greatest_grey = 0;  // Hounsfield units, largest grey value of bone that the tool can cut
+  double speed = 0;          // rad/s, speed of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
-  // Hounsfield units: the grey value of a tissue is grey + grey_per_hardness · hardness.
+  // The grey value of a tissue in Hounsfield units is grey + grey_per_hardness · hardness.
   PerTissue grey{}, grey_per_hardness{};
 };
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;      // force and torque in T, per m/s of feed along -z
+  CuttingWrench wrench;      // force and torque on the tool in frame T, divided by the feed speed along -z
   double free = 1e9;         // m, distance that the tool may advance before a non-cutting voxel touches bone
   double engaged = 0;        // m², area of the end in contact with bone
-  double collided = 0;       // m², part of `engaged` at which an obstacle blocks the advance; num_cd in the paper
+  double collided = 0;       // m², part of `engaged` where an obstacle blocks the advance; num_cd in the paper
   double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
-  PerTissue tissue{};        // m², part of `engaged` per tissue
-  PerTissue hardness{};      // m², area of each part in `tissue`, multiplied by its hardness
+  PerTissue tissue{};        // m², part of the area `engaged` in each tissue
+  PerTissue hardness{};      // m², for each tissue: its area multiplied by its hardness
 };
 
-/// Evaluates the cutting law and the obstacles over the voxels in front of the end. `center_V`: the head's centre in
-/// voxels; `R_WT`: the tool's orientation. The patch must hold all samples up to two voxels beyond the end. A voxel is
-/// weighted by the bone's distance from the tool's surface: fully at contact, zero from one patch voxel of distance. So
-/// forces change without steps. All processors compute the same bits, and sums run in the order of the voxels.
+/// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end. `center_V`: centre of the
+/// head, in voxels; `R_WT`: orientation of the tool. The patch must contain all samples up to two voxels beyond the
+/// end. The weight of a tool voxel falls from one, where bone touches the tool's surface, to zero at a distance of one
+/// patch voxel; so forces change continuously. The result has the same bits on all processors, because the order of the
+/// sums is fixed.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

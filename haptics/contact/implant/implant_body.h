@@ -1,5 +1,5 @@
-// The part of the contact model "implant" that runs on the carver thread: the field of the offset model, in which
-// placed implants remain.
+// The part of the contact model "implant" that runs on the carver thread. It uses the distance field of the contact
+// model "offset" and adds placed implants to it.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@ class ImplantBody final : public offset::FieldBody {
   /// Throws Error if a bed does not lie in bone.
   ImplantBody(TissueVolume tissue, std::span<const Tool> tools, const std::vector<Bed>& beds);
 
-  /// Adds the head of the tool to the tissue, at the pose of the cut.
+  /// Adds the tool's head (a placed implant) to the tissue, at the pose of the cut.
   void fill(const Cut& cut) override;
   bool wants_snapshot(Nanos) const override { return placed_; }
   void cut_out(Snapshot& snapshot) override;

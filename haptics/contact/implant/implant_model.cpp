@@ -10,18 +10,21 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as stopped
-constexpr double kAtPlace = 2e-6;            // m; a tool farther than this from the bed's axis does not cut
-constexpr double kTipContactCosine = 0.5;    // cosine between force and axis above which the contact is at the tip
-constexpr double kThreadGrips = 0.2e-3;      // m, depth in the bed from which a thread engages
-// m, tolerance of a seated implant's depth, and of its distance from the bed's bottom
+constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, limit below which a spindle counts as stopped
+// m, tolerance: a tool farther than this from the bed's axis does not cut yet
+constexpr double kAtPlace = 2e-6;
+// limit of the cosine between force and tool axis; above it, the tool touches with its tip
+constexpr double kTipContactCosine = 0.5;
+constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
+// m, tolerance of the final depth of an implant, and of its distance from the bottom of the bed
 constexpr double kSeated = 0.05e-3;
-// fraction of its largest torque, directly below this torque, in which an implant motor slows down to a stop
+// Width of the torque range directly below a motor's largest torque in which the motor slows down to a stop, as a ratio
+// to the largest torque.
 constexpr double kSpeedHeldUpTo = 0.1;
-constexpr double kTorqueTime = 4e-3;  // s, time constant of the torque about the axis
-constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis between two samples of its depth
+constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
+constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis when the depth of the bed is measured
 
-// the first version of the force laws in which voxels of a tool's end are merged into larger ones
+// first version of the force laws that merges voxels of a tool's end into larger voxels
 constexpr std::uint32_t kLawsOfCoarseEnd = 7;
 
 dvec3 axis_of(const dquat& R_WT) {
@@ -38,7 +41,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    // By older servo laws every voxel of the end is evaluated.
+    // Older servo laws evaluate every voxel of the end separately.
     ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
   }
   law_.laws = settings.laws;
@@ -85,7 +88,8 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// False in a bed: a drill must be withdrawn before it is exchanged. A placed implant stays in the bone.
+/// Returns false while the tool is in a bed, because a drill must be withdrawn before it is exchanged. A placed implant
+/// stays in the bone, so the hand may take another tool.
 bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
@@ -100,7 +104,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
 
-/// True only for forward rotation, because drills do not cut backwards.
+/// Returns true only for forward rotation, because drills do not cut backwards.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
   return in.cuts && in.spindle > kLeastSpindleSpeed;
 }
@@ -117,12 +121,12 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
   return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
 }
 
-/// Evaluates the cutting law and the obstacles over the voxels ahead of the tool.
+/// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end.
 EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
-  // If a bed is as wide as the tool, the bed's wall is less than a voxel away from the tool's rim. So obstacles are
-  // searched only within this width.
+  // If a bed is as wide as the tool, the bed's wall is less than one voxel away from the tool's rim and would count as
+  // an obstacle. So obstacles are searched only within a radius that is one voxel smaller than the tool's.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
   law.cuts = cuts;
   law.greatest_grey = implant.greatest_grey;
@@ -131,13 +135,14 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// Depth of the bed in m, from the entry to the present bottom; an undo may have filled the bed again.
+/// Measures the depth of the bed in m, from the entry to the present bottom. The stored depth may be wrong after an
+/// undo.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels, field value below which a sample lies in bone
+  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller field value lies in bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;
@@ -165,7 +170,8 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Adds the remaining difference of pose from the last change of state to the pose that the present state requires.
+/// After a change of state, the pose would jump. This function adds the remaining part of the jump to the pose `state`,
+/// so that the pose changes gradually.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -187,8 +193,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts during free motion. It does not cut while a difference of pose from the last change of
-  // state remains.
+  // Only a round bur cuts during free motion. It does not cut while the jump of the last change of state still fades.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -206,7 +211,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Evaluates the four criteria. Returns true if the tool has entered a bed.
+/// Checks the four entry criteria for each bed. Returns true if the tool has entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -234,8 +239,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // The motion starts at the previous pose, because the pose of the free state may jump on the rim in the tick in
-    // which the criteria are met.
+    // The motion in the bed starts at the pose of the previous tick. The pose of this tick may jump at the rim of the
+    // bed.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -264,7 +269,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in the bed: the tool moves freely again, and the difference of pose fades.
+/// Ends the motion in the bed. The tool then moves freely, and the jump between the two poses fades.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -299,7 +304,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool leaves along the axis; the free tool then moves to the hand.
+    // The tool has left the bed along the bed's axis. In free motion it then moves to the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -312,7 +317,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = look_.engaged;
 }
 
-/// Displacement along the axis in this tick, in m, of a drill or a gauge.
+/// Returns the displacement of a drill or a gauge along the axis in this tick, in m.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
   // The tool does not cut until it is on the bed's axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
@@ -335,8 +340,8 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. So the force changes
-/// no faster than allowed after a change of state. (A drill that perforates the bone falls freely.)
+/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. The force then changes
+/// no faster than switch_slew. (A drill that perforates the bone moves without this limit.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -345,12 +350,12 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Motion of a tap, an implant or a screw, which follows the rotation of its thread.
+/// Returns the displacement in m of a tap, an implant or a screw, which follows the rotation of its thread.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
   const double most = parameters_.steps * voxel();
-  double turn;  // rad, clockwise
+  double turn;  // rad, rotation in this tick, clockwise
   if (implant.by_hand) {
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
@@ -362,7 +367,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // The thread does not engage yet: the tool slides, and if it is pushed, its rotation draws it in.
+    // The thread has not engaged yet, so the tool slides. If the hand pushes, the rotation draws the tool in.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -374,19 +379,19 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone opposes the rotation of the thread with the full torque while the thread rotates, and with no torque
-  // while it rests. A spindle rotates a tool that it drives in about the tool's +z; a hand rotates it about -z.
+  // The bone opposes a rotating thread with the full torque, and a resting thread with no torque. A motor screws a tool
+  // in by rotation about the tool's +z, a hand by rotation about -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // The implant is seated if it is completely in the bone, or at the bottom of a bed that is too shallow.
+  // The implant is seated if all of it is in the bone, or if it has reached the bottom of a bed that is too shallow.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }
 
-/// Torque in N·m to rotate a thread at depth `tip` in its bed: README.md, "Insertion torque".
+/// Returns the torque in N·m that rotates a thread at depth `tip` in its bed (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
   constexpr double kApart = 1e-3;  // m, distance along the axis between two samples
@@ -406,7 +411,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
-  const double lever = r / 2e-3;  // ratio to the reference implant's radius of 2 mm
+  const double lever = r / 2e-3;  // ratio of the radius to the reference implant's radius of 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }
 
@@ -437,12 +442,12 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// A placed implant: the carver adds it to the tissue, and a new snapshot contains it.
+/// Repeats a cut in a new snapshot. Does nothing for a placed implant, because the new snapshot already contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
-/// Torque of the teeth on a round bur, from the cutting law over all voxels of its outer layer.
+/// Computes the torque on the teeth of a round bur: sums the cutting law over all voxels of its outer layer.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = out.p_WG - in.X_WG.p;
   const double speed = glm::length(way) / in.dt;
@@ -465,7 +470,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// If there is no bone in front of the tool's end, tissue and hardness are taken from the wall beside the end.
+/// If there is no bone in front of the tool's end, takes tissue and hardness from the bed's wall beside the end.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -496,8 +501,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // The forces of the bed's wall along its normals are not computed individually. So the only torque is the torque
-  // about the axis.
+  // This model does not compute the normal forces of the bed's wall. So the only torque is the torque about the axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

@@ -14,9 +14,9 @@
 
 namespace typodont::haptics::implant {
 
-/// State of the tool. This method records it in ServoTick::level. `kFree`: outside a bed, with all degrees of freedom.
-/// The states 1 to 4 are those of a tool in a bed, with few degrees of freedom. `kPlaced`: the implant or screw stays
-/// in the bone, and the hand holds nothing.
+/// State of the tool, which this model records in ServoTick::level. `kFree`: the tool is outside a bed and has all
+/// degrees of freedom. In the states 1 to 4 the tool is in a bed and can move only along the axis and about it.
+/// `kPlaced`: the implant or screw stays in the bone, and the hand holds no tool.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -26,10 +26,10 @@ enum class Motion : std::uint32_t {
   kPlaced = 5
 };
 
-/// The tissue label of a placed implant: metal. Scenes give it the properties of titanium.
+/// Tissue label of a placed implant (a metal). Scenes assign the properties of titanium to it.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
 
-/// Servo thread. SI unless stated otherwise; T is the tool's frame, V the voxel frame.
+/// Contact model for the servo thread. SI units unless stated otherwise; T is the tool's frame, V the voxel frame.
 class ImplantModel final : public offset::OffsetModel {
  public:
   ImplantModel(const ServoSettings& settings, const Parameters& parameters);
@@ -43,9 +43,9 @@ class ImplantModel final : public offset::OffsetModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
-  /// The existing beds in the order of their creation.
+  /// All existing beds, in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
-  /// Voxels of the present tool, for benches.
+  /// Voxels of the present tool, for benchmarks.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
@@ -76,10 +76,11 @@ class ImplantModel final : public offset::OffsetModel {
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
 
   Parameters parameters_;
-  std::vector<ToolVoxels> voxels_;  // one for each tool
-  std::vector<EndVoxels> ends_;     // the voxels in front of each tool's end
-  EndLaw law_;  // values that depend on the tissues; look_ahead() adds those of the tool and of the present tick
-  // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
+  std::vector<ToolVoxels> voxels_;  // voxel models, one for each tool
+  std::vector<EndVoxels> ends_;     // for each tool: the voxels in front of its end
+  EndLaw law_;  // parameters that depend on the tissues; look_ahead() adds those of the tool and of the present tick
+  // For each tissue and each hardness byte: the torque of a thread relative to reference bone, (grey value /
+  // reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the axis and evenly spaced around it
   std::vector<Bed> beds_;
@@ -87,23 +88,24 @@ class ImplantModel final : public offset::OffsetModel {
 
   bool in_bed_ = false;
   bool easing_ = false;  // true if the tool has just entered the bed and has not yet caught up with the hand
-  std::size_t bed_ = 0;  // index of the tool's bed
+  std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tool's tip below the bed's entry
-  double entered_ = 0;   // value of tip_ when the tool entered the bed
+  double entered_ = 0;   // m, value of tip_ when the tool entered the bed
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;         // evaluation of the voxels ahead of the tool in this tick
-  double torque_ = 0;    // N·m about the axis, smoothed
+  EndLook look_;         // result of look_ahead() in this tick
+  double torque_ = 0;    // N·m, low-pass filtered torque about the axis
   bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
-  bool placed_ = false;  // true if the tool was placed in the bone; the hand then holds no tool
+  bool placed_ = false;  // true if the implant was placed in the bone; the hand then holds no tool
 
-  // Jump of the tool's pose at the last change of state. It is added to the pose and decays to zero.
-  dvec3 offset_{0};  // m
+  // Jump of the tool's pose at the last change of state. It is added to the pose and fades to zero, so that the pose
+  // changes gradually.
+  dvec3 offset_{0};  // m, translation of the jump
   dquat turn_{1, 0, 0, 0};
-  Pose last_;              // the tool's pose in the last tick
-  bool blended_ = false;   // true if the pose of the last tick included a remaining difference
-  bool switched_ = false;  // true if the tool has just left a bed
+  Pose last_;              // pose of the tool in the last tick
+  bool blended_ = false;   // true if the jump had not yet faded in the last tick
+  bool switched_ = false;  // true if the tool left a bed in the last tick
 };
 
 }  // namespace typodont::haptics::implant

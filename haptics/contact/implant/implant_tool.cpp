@@ -20,10 +20,10 @@ constexpr std::array<std::pair<ImplantToolKind, std::string_view>, 6> kKinds = {
     {ImplantToolKind::kImplant, "implant"},
     {ImplantToolKind::kScrew, "screw"},
 }};
-constexpr double kRpm = 2 * kPi / 60;       // rad/s
-constexpr double kNewtonCentimetre = 1e-2;  // N·m
-constexpr double kMostGrey = 1e5;           // Hounsfield units, upper limit
-constexpr double kMostSpeed = 5000;         // rpm, far above the speed of implant motors
+constexpr double kRpm = 2 * kPi / 60;       // rad/s, one revolution per minute
+constexpr double kNewtonCentimetre = 1e-2;  // N·m, one newton centimetre
+constexpr double kMostGrey = 1e5;           // Hounsfield units, upper limit of a grey value
+constexpr double kMostSpeed = 5000;         // rpm, upper limit; far above the speed of implant motors
 
 }  // namespace
 

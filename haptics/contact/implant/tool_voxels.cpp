@@ -10,23 +10,25 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// cosine between a voxel's normal and the feed direction, above which the voxel belongs to the end
+// Threshold of the cosine between a voxel's normal and the feed direction. Above it, the voxel belongs to the tool's
+// end.
 constexpr double kFacingEnd = 0.5;
-constexpr int kNear = 4;            // distance from the axis in voxels within which 1/r is averaged over the voxel
-constexpr int kParts = 8;           // number of parts per edge over which 1/r is averaged
+constexpr int kNear = 4;            // voxels, distance from the axis; for nearer voxels 1/r is averaged over the voxel
+constexpr int kParts = 8;           // to average 1/r, a voxel is divided into this number of parts per edge
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// Depth in voxels below the surface at which the normal is compared with that on the surface.
+// voxels; the normal on the surface is compared with the normal at this depth below it
 constexpr double kWithin = 0.05;
-constexpr double kSmooth = 0.97;  // least cosine between the two normals; a smaller cosine shows a rim
+// limit of the cosine between the normals on and below the surface; a smaller cosine shows a sharp rim
+constexpr double kSmooth = 0.97;
 
-/// Mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
+/// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {
-      // For a voxel centred on the axis, the centres of its parts never lie on the axis.
+      // The number of parts is even, so no part has its centre on the axis, where 1/r is infinite.
       const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
       sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
     }
@@ -56,15 +58,16 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
       for (int z = -below; z <= above; ++z) {
-        // A flat end lies half-way between two layers of voxels.
+        // The layers are placed such that a flat end lies half-way between two of them.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end is omitted, because it touches bone only if the shank touches bone, too.
+        // The upper end of the head is omitted, because it can touch bone only if the shank also touches bone.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // Next to a sharp rim the nearest surface point is on the rim itself, so the voxel has no surface of its own.
+        // Near a sharp rim, the surface point nearest to a voxel lies on the rim itself. Such a voxel represents no
+        // surface area.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

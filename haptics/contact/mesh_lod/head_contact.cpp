@@ -12,11 +12,12 @@ using vertex::FollowParameters;
 
 namespace {
 
-constexpr double kOverlap = 1e-9;  // m, limit of the overlap that rounding can cause for a free head
-// Allowed overlap of a resting head, as a ratio to its radius. Without this overlap, a head with a sharp rim could
-// never re-enter the hole that it has cut, because the hole has exactly the head's width.
+// m, tolerance: rounding can cause an overlap of this size for a head without contact
+constexpr double kOverlap = 1e-9;
+// Allowed overlap of a resting head with the tissue, as a ratio to the head's radius. Without it, a head with a sharp
+// rim could never re-enter the hole that it has cut, because the hole has exactly the head's width.
 constexpr double kSlack = 0.01;
-constexpr double kLiftReach = 2e-3;  // m, search distance for the surface from a point inside the tissue
+constexpr double kLiftReach = 2e-3;  // m, distance within which a point inside the tissue searches for the surface
 
 std::uint64_t hash_of(const dvec3& p) noexcept {
   std::uint64_t h = std::bit_cast<std::uint64_t>(p.x) * 0x9e3779b97f4a7c15U;
@@ -39,7 +40,7 @@ void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noe
   if (points_.add(p)) shares_.push_back({area, face});
 }
 
-/// Merges the corners of adjacent faces into one point with the sum of their areas.
+/// Adds the corner of a face. Equal corners of adjacent faces become one point with the sum of their areas.
 void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {
   std::size_t slot = hash_of(p) >> (64 - kSlotBits);
   for (; slots_[slot] != kFree; slot = (slot + 1) & (slots_.size() - 1)) {
@@ -52,7 +53,7 @@ void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t fa
   add(p, area, face);
 }
 
-/// Lists the points within FollowParameters::margin of the head.
+/// Lists the contact points that are within FollowParameters::margin of the head.
 void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept {
   const double margin = FollowParameters::margin * head_.radius();
   const double spacing = vertex::CutParameters::longest * kSpacing * head_.radius();
@@ -73,13 +74,14 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
     if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
     if (head_.distance(R_TW * (middle - c)) > within) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    const dvec3 share = face.normal() / (6.0 * n * n);  // a third of the area of one of the n² parts
+    // area vector: a third of the area of one of the n² parts, for each corner of a part
+    const dvec3 share = face.normal() / (6.0 * n * n);
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
     if (n == 1) return;
     for (int u = 0; u <= n; ++u) {
       for (int v = 0; v <= n - u; ++v) {
         const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // this point is a corner of the face
+        if (u == n || v == n || w == n) continue;  // this point is a corner of the face itself, which was already added
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);
@@ -97,7 +99,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   if (!listed_ || moved_since_listing(c) > FollowParameters::kept * head_.radius()) list_around(grid, c);
 }
 
-/// Distance from the head at c to the nearest listed point, m.
+/// Returns the distance from the head at c to the nearest listed point, m.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = FollowParameters::margin * head_.radius() - moved_since_listing(c);
@@ -114,7 +116,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   put_free(p);
   if (grid.inside(p)) {
     const TriangleGrid::Nearest near = grid.nearest(p, kLiftReach);
-    if (!near.found) return false;  // the head is deep inside and does not move
+    if (!near.found) return false;  // the head is so deep inside the tissue that no surface is found; it does not move
     const dvec3 n = grid.face(near.face).normal();
     const double size = glm::length(n);
     c_ = near.p + head_.reach() * (size > 0 ? n / size : dvec3(0, 0, 1));

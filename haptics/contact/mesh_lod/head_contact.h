@@ -1,4 +1,4 @@
-// Contact of a head that is not a ball: points on the surrounding faces keep the head outside.
+// Contact of a head that is not a ball. Points on the surrounding faces keep the head outside the tissue.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The contact points are the corners of the faces near the head, and points between them on faces that are larger
-/// than the head's spacing, as in the model "vertex" (contact/vertex/README.md). So a coarse mesh gets additional
-/// points; where the mesh was cut, the vertices themselves are dense enough.
+/// The contact points are the corners of the faces near the head. A face that is larger than the head's spacing gets
+/// additional points, as in the contact model "vertex" (contact/vertex/README.md); so a coarse mesh has enough points.
+/// Cut surfaces need no additional points, because their vertices are dense.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool);
@@ -30,18 +30,19 @@ class HeadContact final : public SurfaceContact {
  private:
   static constexpr std::size_t kMostPoints = 1 << 14;
   static constexpr int kSlotBits = 15;
-  // ratio to the radius: edge length of a surface that a cut produces, VertexMethod::edge_for
+  // Spacing of contact points as a ratio to the head's radius. It equals the edge length of a surface that a cut
+  // produces (VertexMethod::edge_for).
   static constexpr double kSpacing = 1.0 / 6;
-  static constexpr int kMostParts = 64;  // limit of the number of parts into which a face's edge is divided
+  static constexpr int kMostParts = 64;  // upper limit of the number of parts into which an edge of a face is divided
   static constexpr std::uint32_t kFree = ~0U;
 
   /// The surface area that a contact point represents.
   struct Share {
-    dvec3 area{0};  // m²; the direction is the outward normal
+    dvec3 area{0};  // m², area vector; its direction is the outward normal
     std::uint32_t face = 0;
   };
 
-  /// Largest displacement of any point of the head since the points were listed, m.
+  /// Returns the largest displacement of any point of the head since the points were listed, m.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
@@ -54,8 +55,9 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadFollower follower_{kMostPoints};
   vertex::HeadDistances distances_{kMostPoints};
   mesh::NearPoints points_{kMostPoints};
-  std::vector<Share> shares_;         // areas, one for each point
-  std::vector<std::uint32_t> slots_;  // hash table by the position of a corner: index of the point at this corner
+  std::vector<Share> shares_;  // the area of each contact point
+  // hash table from the position of a corner to the index of the contact point there
+  std::vector<std::uint32_t> slots_;
   bool listed_ = false;
   Pose listed_at_;
 };

@@ -20,32 +20,34 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Ratios of the numbers of vertices in Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443.
+// Ratios of the numbers of vertices of the levels in Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443.
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a default level
-// limit of the attempts to find the number of triangles that gives the requested number of vertices
+// Limit of the number of attempts. Each attempt simplifies to another number of triangles, to get the requested number
+// of vertices.
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // relative tolerance of the number of vertices
+constexpr double kNear = 0.005;  // relative tolerance of the resulting number of vertices
 
 #ifdef TYPODONT_MESHOPTIMIZER
-/// The type of meshopt_simplify.
+/// Function type of meshopt_simplify.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// Loads meshopt_simplify from the shared library TYPODONT_MESHOPTIMIZER. Only the first call loads it, because the
-/// other contact models do not need it. Throws Error if it is not installed.
+/// Loads meshopt_simplify from the shared library TYPODONT_MESHOPTIMIZER. The library is loaded at the first call,
+/// because the other contact models do not need it. Throws Error if it is not installed.
 Simplify* load_simplifier() {
   static Simplify* const simplify = [] {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
     void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
     if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
-    return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);  // checks the type
+    // the inner cast fails to compile if Simplify is not the type of meshopt_simplify
+    return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);
   }();
   return simplify;
 }
 #endif
 
-/// Simplifies to about this many triangles; borders do not change. `positions`: x, y, z of each vertex. Throws Error
-/// without meshoptimizer.
+/// Simplifies to about the given number of triangles; open borders do not change. `positions`: x, y, z of each vertex.
+/// Throws Error if meshoptimizer is not installed.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -59,11 +61,12 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 #endif
 }
 
-/// A mesh in the simplifier's format.
+/// A mesh in the format of meshoptimizer.
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
-    // A vertex is copied once for each tissue around it. The simplifier treats such copies as a seam and keeps it.
+    // A vertex on a border between tissues is copied once for each tissue. The simplifier treats the copies as a seam
+    // and preserves it.
     std::unordered_map<std::uint64_t, unsigned> copies;
     const dvec3 from = mesh.vertices[mesh.triangles.front().x];
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -80,7 +83,8 @@ class Simplifier {
       }
     }
   }
-  /// Returns a mesh with at most about this many triangles; it still has all vertices.
+  /// Returns a mesh with about this many triangles or fewer. The mesh still contains the vertices that no triangle
+  /// uses.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
     TissueMesh result;
@@ -97,8 +101,8 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // for each copy: the original vertex
-  std::vector<Tissue> tissue_;           // for each copy: the tissue
+  std::vector<std::uint32_t> original_;  // for each copy: index of the original vertex
+  std::vector<Tissue> tissue_;           // for each copy: its tissue
   std::vector<float> positions_;         // m, position of each copy, relative to the first vertex
 };
 
@@ -157,7 +161,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // A mesh has about two triangles per vertex, or fewer near borders.
+  // A mesh has about two triangles per vertex, and fewer if it has open borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -202,7 +206,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  constexpr double kFar = 20e-3;  // m, search distance for the surface of the other level
+  constexpr double kFar = 20e-3;  // m, search distance for the nearest surface point of the other level
   constexpr std::size_t kSamples = 20'000;
   double most = 0;
   const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {

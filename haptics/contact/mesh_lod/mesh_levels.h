@@ -1,5 +1,5 @@
-// Creates the levels of detail of a tissue mesh: subdivides a mesh that is too coarse, then simplifies (meshoptimizer).
-// Set-up time.
+// Creates the levels of detail of a tissue mesh. A mesh that is too coarse is subdivided first; meshoptimizer then
+// simplifies it. Set-up time.
 #pragma once
 
 #include <memory>
@@ -15,34 +15,36 @@ namespace typodont::haptics::mesh_lod {
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Divides every triangle into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies in one pass to about `part` times the number of triangles, as far as borders allow it. For the geometry
-/// thread. Borders are treated as in simplified().
+/// Simplifies in one pass to about `part` times the number of triangles, as far as the borders allow it. Called by the
+/// geometry thread. Treats borders in the same manner as simplified().
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// Simplifies to about this many vertices (within 1 % if the mesh allows it). Open borders do not change; a border
-/// between tissues is simplified only along its own line. No vertex moves.
+/// Simplifies to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not change. A
+/// border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
-/// The resolution of each level.
+/// Requested resolution of each level.
 struct LevelOptions {
-  // number of vertices of the mesh from which the levels are made; none: the given mesh is used
+  // number of vertices of the base mesh, from which the levels are made; empty: the given mesh is the base mesh
   std::optional<std::size_t> vertices;
-  // number of vertices of each level, finest first; empty: all vertices of the mesh, and 0.4015 and 0.2246 of them
+  // number of vertices of each level, finest first; empty: three levels with 100 %, 40.15 % and 22.46 % of the base
+  // mesh's vertices
   std::vector<std::size_t> levels;
 };
 
-/// The levels, finest first. Immutable; carver and servo use the same object.
+/// The levels of detail, finest first. Immutable; carver and servo use the same object.
 struct Levels {
   std::vector<TriangleGrid> grids;
-  std::vector<std::size_t> vertices;  // number of vertices of each level
+  std::vector<std::size_t> vertices;  // number of vertices of each level, finest first
   TissueMesh finest;                  // mesh of the first level
 };
-/// Throws Error if the options request more vertices than possible, levels in increasing order, or no level.
+/// Creates the levels. Throws Error if the options request more vertices than the mesh can have, list the levels in
+/// increasing order, or list no level.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
-/// The mesh from which the levels are made.
+/// Returns the base mesh, from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
 
-/// Hausdorff distance in m between two levels, evaluated at corners and at the midpoints of edges and faces, in both
-/// directions.
+/// Returns the Hausdorff distance between two levels in m, in both directions. It is evaluated at corners and at the
+/// midpoints of edges and faces.
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -1,5 +1,5 @@
-// The part of the contact model "mesh_lod" that runs on the carver thread: the levels of the tissue's mesh, and the
-// mesh that cuts change.
+// The part of the contact model "mesh_lod" that runs on the carver thread. It owns the levels of detail and the mesh
+// that is cut.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Carver thread, which is the paper's geometry thread. Cuts move and divide the faces of the finest level, as in the
-/// model "vertex". The servo receives the faces around the tool 30 times per second.
+/// Runs on the carver thread (the paper's geometry thread). Cuts move and subdivide the faces of the finest level, as
+/// in the contact model "vertex". The servo receives the faces around the tool 30 times per second.
 class MeshLodBody final : public TissueBody {
  public:
   /// Throws Error if the tissue has no surface.
   MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Is never called, because the model refuses filling instruments.
+  /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override { solid_->begin_stroke(); }
@@ -48,12 +48,13 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  double travel_, reach_ = 0;   // m
-  bool cut_ = false;            // the tissue was cut
+  // m; travel_: distance that a tool may move before the next snapshot is due; reach_: largest reach of all tools
+  double travel_, reach_ = 0;
+  bool cut_ = false;            // true if the tissue was cut
   std::optional<Nanos> first_;  // time of the first cut since the last snapshot
 };
 
-/// Distance that a tool may move before the next snapshot is due, m.
+/// Returns the distance in m that a tool may move before the next snapshot is due.
 double travel_for(std::span<const Tool> tools);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -14,19 +14,21 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kSpeedTime = 20e-3;               // s, time constant of the smoothed hand speed
-constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a free tool
-constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
-constexpr double kLeastStep = 1e-9;     // m, threshold: a cut with a smaller advance is skipped
-constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
-// Two limits as ratios to the radius: overlap of head and snapshot up to which a bur may cut, and distance that it
-// may cut without a new snapshot.
+constexpr double kSpeedTime = 20e-3;               // s, time constant of the low-pass filter for the hand's speed
+constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance for the surface around a tool without contact
+// m; a point gets the tissue of the nearest face if the face is within this distance
+constexpr double kNearby = 0.2e-3;
+constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
+// filter weight of a new measurement, in the running ratio of measured to estimated removed volume
+constexpr double kMeasuredShare = 0.3;
+// While the snapshot lacks cuts, the bur sinks into the faces of the snapshot. Two limits as ratios to the bur's
+// radius: the overlap of head and faces, and the distance that the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
-constexpr double kFastestCut = 0.02;  // m/s, limit of the speed at which a bur may sink into the tissue
+constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
-constexpr double kNoOffset = 1e-12;                           // m, tolerance: a smaller offset counts as zero
-constexpr double kLeastStiffness = 1e-3;  // lower limit of the stiffness, as a ratio to the stiffness in the settings
-constexpr double kEase = 15;              // N/s, limit of the change of a bur's force while the hand rests
+constexpr double kNoOffset = 1e-12;                           // m, tolerance: a shorter offset counts as zero
+constexpr double kLeastStiffness = 1e-3;  // lower limit of the stiffness, as a ratio to the stiffness in ServoSettings
+constexpr double kEase = 15;              // N/s, largest rate of change of a bur's force while the hand does not move
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -82,7 +84,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // Sums the volumes measured by the carver, and estimates for the cuts since then.
+    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`: estimates for the cuts
+    // since then.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -102,7 +105,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  // after undo or redo, tissue may have returned around the tool
+  // After an undo or redo, there may be tissue again at the tool's position.
   if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
@@ -161,8 +164,9 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// Transfers the contact point to another mesh, at the hand position of the last tick. `anew`: computes the contact
-/// point from the hand, as for a first contact. The resulting difference in force is applied gradually.
+/// Moves the contact point to the mesh of another level, with the hand position of the last tick. `anew`: computes the
+/// contact point from the hand position alone, as for a first contact. If `anew` is false, the resulting step of the
+/// force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -196,8 +200,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo moves a free tool without calling this model, as far as clearance() allows. So the tool may also have
-  // passed through a hole of an open mesh.
+  // The servo may move a free tool by up to clearance() without calling this model. So the tool may have passed through
+  // a hole of an open mesh in the meantime.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -248,7 +252,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the change of the force of a bur that becomes free far from the hand, or that a new snapshot moves.
+/// Limits the rate of change of a bur's force when the bur loses contact far from the hand, or when a new snapshot
+/// moves it.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -260,8 +265,9 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
-/// Faces that overlap the head hold it only as long as they lie on the near side of the head's axis. If the carver
-/// sends no snapshot for a long time, the bur could otherwise pass all of these faces.
+/// Returns true if the faces of the snapshot still stop the head after it has moved to `to`. A face that overlaps the
+/// head stops it only while the face is on the near side of the head's axis. If no new snapshot arrives for a long
+/// time, the bur could otherwise pass all faces.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
   const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;
@@ -273,21 +279,23 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
-  // The head moves towards the hand as far as the available energy allows. The volume of a step s is A s + π r s²: s
-  // times the area A in contact, plus the volume below newly touched surface.
+  // The head moves towards the hand as far as the available energy allows. A step of length s removes the volume A s +
+  // π r s². A is the area in contact; the second term is the volume below the surface that the step newly touches.
   PerTissue area = point().engaged_area(grid(), way / left);
-  double all = 0, work = 0;  // all: m², total area; work: J/m, energy per length of the step
+  double all = 0, work = 0;  // all: total contact area, m²; work: energy per metre of the step, J/m
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
     all += area[t];
     work += area[t] * settings_.materials[t].specific_energy;
   }
-  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;  // J/m³
+  // J/m³, specific cutting energy
+  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // A bur that was held for some time has saved energy for a long step, and the hand would feel such a step.
+  // A blocked bur saves energy for a long step, and the hand would feel such a step. So the speed of the cut is
+  // limited.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;

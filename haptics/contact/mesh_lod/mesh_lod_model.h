@@ -1,5 +1,5 @@
-// The part of the contact model "mesh_lod" that runs on the servo thread: surface contact point, level of detail by
-// speed, walls between tissues.
+// The part of the contact model "mesh_lod" that runs on the servo thread. It computes the surface contact point,
+// selects the level of detail by the hand's speed, and handles walls between tissues.
 #pragma once
 
 #include <memory>
@@ -18,14 +18,15 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// The new level among `count` levels; 0 is the finest. `way`: displacement of the hand in this tick, m; `dt` in s.
+  /// Returns the new level among `count` levels; 0 is the finest. `way`: displacement of the hand in this tick, m;
+  /// `dt`: duration of the tick, s.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
  private:
-  std::vector<double> speeds_;  // m/s
+  std::vector<double> speeds_;  // m/s, speeds at which the level changes
   double hysteresis_;
-  double speed_ = 0;  // m/s, smoothed
+  double speed_ = 0;  // m/s, low-pass filtered speed of the hand
   bool fresh_ = true;
   std::size_t level_ = 0;
 };
@@ -33,7 +34,7 @@ class LevelBySpeed {
 /// The part of the contact model "mesh_lod" that runs on the servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument.
+  /// Throws Error if the tool set contains a filling instrument.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -51,26 +52,26 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  /// A bur that is not a ball touches with its whole head. Other tools touch with a ball, or with the point at their
-  /// free end.
+  /// Returns true for a bur that is not a ball: contact is then computed for its whole head. For other tools, contact
+  /// is computed for a ball, or for the point at the tool's free end.
   static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
-  /// The tissue's meshes, finest first, in their present form.
+  /// The meshes of the present tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
   const TriangleGrid& grid() const noexcept { return grids()[level_]; }
   const TriangleGrid& finest() const noexcept { return grids()[0]; }
-  /// Number of levels available for a tool; a whole head always uses the finest.
+  /// Returns the number of levels that a tool can use. A tool with whole-head contact uses only the finest level.
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Distance that a tool at X may move before it touches any of its levels, m.
+  /// Returns the distance in m that a tool at pose X may move before it touches the mesh of any of its levels.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
-  /// True if the snapshot contains all faces within `reach` of p.
+  /// Returns true if the snapshot contains all faces within the distance `reach` (m) of p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Returns true if, after all cuts that the snapshot lacks, the snapshot's faces can still hold the head at `to`.
+  /// Returns true if the snapshot's faces can still stop the head at `to`, even if the snapshot lacks some cuts.
   bool may_sink_to(const dvec3& to) noexcept;
-  /// True if the snapshot lacks some cuts; faces that overlap the head then count as removed.
+  /// Returns true if the snapshot lacks some cuts. Faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
@@ -83,33 +84,35 @@ class MeshLodModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   MeshSnapshot snapshot_;
-  std::vector<std::unique_ptr<SurfaceContact>> points_;  // contacts, one per tool
-  std::vector<dvec3> ends_;                              // m, for each tool: centre of its contact shape in T
+  std::vector<std::unique_ptr<SurfaceContact>> points_;  // contact points, one for each tool
+  std::vector<dvec3> ends_;                              // m, for each tool: centre of its contact shape in frame T
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;        // the contact point is at the tool
+  bool placed_ = false;        // true if the contact point corresponds to the tool's present position
   bool moved_freely_ = false;  // the servo has moved the free tool since the last tick; placed_ is then false
-  dvec3 hip_{0};               // m, hand position in the last tick
-  dvec3 offset_{0};     // m, vector from the contact point to its position on the last level or wall; fades to zero
-  bool eases_ = false;  // the bur has cut since it was last free
-  dvec3 last_lag_{0};   // m, vector from the hand to the tool position that was returned in the last tick
+  dvec3 hip_{0};               // m, position of the hand in the last tick ("haptic interface point")
+  // m, vector from the contact point to its position before the last change of level or wall; fades to zero
+  dvec3 offset_{0};
+  bool eases_ = false;        // true if the bur has cut since it was last free; ease() then limits its force
+  dvec3 last_lag_{0};         // m, vector from the hand to the tool position that was returned in the last tick
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
-  // Normal of the wall that holds the tool, or of the last wall, whose effect fades with the offset.
+  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is kept until offset_ has
+  // faded.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // Data of one cut.
+  // Data that is stored for each cut.
   struct Made {
-    PerTissue removed{};  // m³, estimated
+    PerTissue removed{};  // m³, estimated volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
   dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
-  bool cutting_ = false;  // the last tick cut
+  bool cutting_ = false;  // true if the bur cut in the last tick
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick
-  double measured_ = 1;   // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
+  double measured_ = 1;   // low-pass filtered ratio of measured to estimated volume for the cuts in the last snapshot
 };
 
 }  // namespace typodont::haptics::mesh_lod

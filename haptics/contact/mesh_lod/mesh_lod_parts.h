@@ -1,5 +1,5 @@
-// Data types that both parts of the contact model "mesh_lod" use (servo thread and carver thread): the scene's
-// parameters and the snapshot.
+// Data types shared by the two parts of the contact model "mesh_lod" (servo thread and carver thread): the parameters
+// of a scene and the snapshot.
 #pragma once
 
 #include <memory>
@@ -13,29 +13,33 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s, thresholds of the hand's speed, from each level to the next coarser level
+  // m/s; if the hand is faster than the k-th speed, the model changes from level k to the next coarser level
   std::vector<double> switch_speed{30e-3, 120e-3};
-  double hysteresis = 0.1;  // relative hysteresis around each threshold
-  bool maps = true;  // true: the contact point is mapped to the next level; false: it is computed again from the hand
-  double ramp = 5;   // N/s, rate at which the difference between two levels is applied to the force; 0: at once
-  double wall_limit = 0.5;  // N, force at which a wall between tissues yields
+  double hysteresis = 0.1;  // hysteresis around each speed, as a ratio to that speed
+  // at a change of level, true: maps the contact point to the new mesh; false: computes it again from the hand
+  bool maps = true;
+  double ramp = 5;  // N/s, rate of change of the force after a change of level; 0: the force changes in one step
+  double wall_limit = 0.5;  // N, force above which a wall between two tissues yields
 };
 
-/// The tissue's surface for the servo: the levels, which never change, and, after the first cut, the present faces
-/// around the tool.
+/// The tissue's surface for the servo. Before the first cut the servo uses the levels, which never change. After the
+/// first cut it uses the present faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
-  bool cut = false;                 // the tissue was cut, so `local` is used instead of `levels`
-  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi; one grid per level, finest first
-  dvec3 lo{0}, hi{0};               // m
-  PerTissue removed{};              // m³, volume removed by the cuts that this snapshot contains, without undone cuts
+  bool cut = false;                 // true if the tissue was cut; `local` is then used instead of `levels`
+  std::vector<TriangleGrid> local;  // all faces that overlap the box from lo to hi; one grid per level, finest first
+  dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
+  // m³, volume removed by all cuts in this snapshot; cuts that were undone do not count
+  PerTissue removed{};
 };
 
-/// Parameters for sessions with a cutting tool.
+/// Sizes and update rate of the snapshots in a session with a cutting tool.
 struct LocalParameters {
-  static constexpr double travel = 2e-3;         // m, distance that the tool may move before the next snapshot is due
-  static constexpr double margin = 0.5e-3;       // m, margin of a snapshot beyond the travel and the tool
-  static constexpr Nanos interval = 33'000'000;  // ns, time between updates of the geometry: 30 Hz, as in the paper
+  static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
+  // m, additional width of a snapshot, beyond the size of the tool and `travel`
+  static constexpr double margin = 0.5e-3;
+  // ns, time between two updates of the geometry (30 Hz, as in the paper)
+  static constexpr Nanos interval = 33'000'000;
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -6,11 +6,13 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// The planes of a set, as bounds on the displacement x from c, in metres.
+/// Adapts a set of planes to the active-set solver: constraints on the displacement x from the reference point c, in
+/// metres.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // these limits are low enough for nearly parallel faces
+  // Lower limits below which a linear system counts as singular; the values are small, because faces may be nearly
+  // parallel.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
@@ -18,7 +20,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m, tolerance: a plane may be violated by this much
+    constexpr double kSlip = 1e-13;  // m, tolerance by which the solution may violate a plane
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

@@ -1,4 +1,4 @@
-// Planes that bound a point, and the point nearest to a goal that satisfies all of them.
+// A set of planes that constrain a point. Computes the point that satisfies all planes and is nearest to a goal.
 #pragma once
 
 #include <array>
@@ -8,14 +8,15 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A plane. It allows the points x with n · (x - c) >= -room, where c is the common reference point of all planes of
-/// a set. SI.
+/// A plane constraint. It allows the points x with n · (x - c) >= -room, where c is the common reference point of all
+/// planes in a set. SI units.
 struct Plane {
-  dvec3 n{0};              // unit
-  double room = 0;         // m
-  dvec3 p{0};              // m, point on the surface
+  dvec3 n{0};              // unit normal
+  double room = 0;         // m, distance that the point may move from c against n
+  dvec3 p{0};              // m, point of the surface that this plane represents
   std::uint32_t face = 0;  // index of the face to which the plane belongs
-  std::int8_t wall = -1;   // index of the face's edge on which a wall stands; -1: the face itself
+  // if the plane is a wall between tissues: index of the face's edge at the wall; -1: not a wall
+  std::int8_t wall = -1;
 };
 
 class PlaneSet {
@@ -32,8 +33,9 @@ class PlaneSet {
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// Returns the displacement from c that satisfies all planes and is nearest to `goal` (also a displacement).
-  /// `active`: receives the planes that hold it, with pushes in m. If no such displacement exists, returns zero.
+  /// Returns the displacement from c that satisfies all planes and is nearest to the displacement `goal`. If no
+  /// displacement satisfies all planes, returns zero. `active`: the planes that limit the result, each with its push in
+  /// m.
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

@@ -1,4 +1,5 @@
-// Contact between a tool and a mesh: the common interface of a ball (SurfacePoint) and of any other head (HeadContact).
+// Common interface for the contact between a tool and a mesh. SurfacePoint implements it for a ball, HeadContact for
+// any other head.
 #pragma once
 
 #include <array>
@@ -7,16 +8,18 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// One point at which the surface holds the tool.
+/// One point at which the surface stops the tool.
 struct Hold {
-  dvec3 p{0};                    // m, on the surface
-  dvec3 n{0};                    // unit normal, pointing out of the tissue, or for a wall towards the softer tissue
-  double push = 0;               // m, distance by which the surface holds the tool back
+  dvec3 p{0};  // m, point on the surface
+  // unit normal, pointing out of the tissue; for a wall between tissues, towards the softer tissue
+  dvec3 n{0};
+  double push = 0;               // m, part of the distance between tool and hand that this contact causes
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;
 };
 
-/// Servo thread; allocates only in the constructor. Metres, frame W. place() returns the centre of the contact shape.
+/// Servo thread; allocates memory only in the constructor. Metres, frame W. place() returns the centre of the contact
+/// shape.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
@@ -25,44 +28,45 @@ class SurfaceContact {
   bool touching() const noexcept { return count_ > 0; }
   int count() const noexcept { return count_; }
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// True if a wall yielded in the last follow() and the centre moved behind it.
+  /// Returns true if a wall yielded in the last follow() and the centre moved past it.
   bool gave_way() const noexcept { return gave_way_; }
-  /// True if the last follow() moved the tool out of tissue that the tool overlapped.
+  /// Returns true if the last follow() moved the tool out of tissue that overlapped it.
   bool leading_out() const noexcept { return leading_out_; }
 
-  /// The radius of a ball, otherwise the largest radius of the head.
+  /// Returns the radius of a ball, or the largest radius of another head, m.
   virtual double radius() const noexcept = 0;
-  /// Distance from the centre to the farthest point of the contact shape.
+  /// Returns the distance from the centre to the farthest point of the contact shape, m.
   virtual double reach() const noexcept = 0;
-  /// Distance from the centre up to which faces are examined.
+  /// Returns the distance from the centre within which faces are examined, m.
   virtual double outlook() const noexcept = 0;
 
-  /// Sets the tool's orientation for all following calls.
+  /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before a grid other than the last one is passed, or the last grid with changed faces.
+  /// Must be called before another grid is passed than in the last call, or if the faces of that grid have changed.
   virtual void mesh_changed() noexcept {}
 
-  /// Begins a contact at p. Returns false if the tool overlapped tissue there.
+  /// Starts a contact with the centre at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
-  /// Continues at p, where the tool is known to be free.
+  /// Moves the centre to p, where the caller knows that the tool has no contact.
   virtual void put_free(const dvec3& p) noexcept = 0;
-  /// Transfers the contact to another mesh: the new position is the point outside the mesh that is nearest to the old
+  /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's centre (HIP). `give`: treats faces that overlap the head as removed to the depth of the
-  /// overlap.
+  /// Follows the hand's position `hip` (haptic interface point). `give`: if faces overlap the head, the tissue is
+  /// treated as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
   /// Moves the centre into the tissue; follow() with `give` then treats the overlap as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
-  /// Distance from the tool at p to the surface, at most `most`.
+  /// Returns the distance from the tool at p to the surface, but at most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
-  /// Area of the surface that touches or overlaps the head, m², projected along the unit vector `way`, for each
-  /// tissue.
+  /// Returns, for each tissue, the area of the surface that touches or overlaps the head, projected along the unit
+  /// vector `way`, m².
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:
-  // ratio to the radius: limit of the distance from the head for a surface point that counts as in contact
+  // Upper limit of the distance from the head at which a surface point still counts as in contact, as a ratio to the
+  // radius.
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

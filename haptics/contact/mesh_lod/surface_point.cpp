@@ -12,33 +12,34 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // limit of the iterations of one follow()
+constexpr int kMostIterations = 24;   // upper limit of the iterations in one call of follow()
 constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
-constexpr double kLeastReach = 5e-6;  // m, lower limit of the distance from the ball within which faces are collected
-// m, upper limit of the distance from the ball within which faces are collected; a longer displacement is divided
-// into several steps
+constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball within which faces are collected
+// m, largest distance from the ball within which faces are collected; a longer displacement is divided into several
+// steps
 constexpr double kMostReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
-// m, upper limit of the displacement for which collected faces stay valid; the width of a grid cell is another limit
+constexpr double kAhead = 1.1;  // the search distance is this factor times the expected displacement
+// m, largest displacement for which collected faces are reused; the width of a grid cell is a second limit
 constexpr double kMostKept = 0.3e-3;
-// Upper limit of the search distances of a bur in its own cut, as a ratio to the radius.
+// Upper limit of the search distance while a bur is in its own cut, as a ratio to the radius.
 constexpr double kReachInCut = 0.5;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distances of a bur in its own cut
-// ratio of the next search distance to the last step, because the next step is shorter
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance while a bur is in its own cut
+// the next search distance is this fraction of the last step, because the steps become shorter
 constexpr double kNextReach = 0.25;
-// m, tolerance for rounding: a face may protrude by this much from a plane that covers it
+// m, rounding tolerance: if a face protrudes from a plane by less than this, the plane still hides the face
 constexpr double kBelow = 1e-11;
-// m, tolerance for rounding: a face may protrude by this much from a plane, in tests with floats
+// m, rounding tolerance in float precision for the test whether a plane hides a face
 constexpr float kClear = 2e-9f;
-constexpr double kWallSkin = 1e-7;  // m, smallest distance from a wall
-constexpr double kMapReach = 2e-3;  // m, search distance for the surface when the mesh is exchanged
+constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
+constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
 constexpr int kMostLifts = 16;
-constexpr double kLeastAlong = 0.3;  // lower limit of a cosine
-// m, threshold: at a smaller distance from a face, the face's normal is used as direction
+// smallest cosine between a plane's normal and the direction to the hand for which round_edge() extends a step
+constexpr double kLeastAlong = 0.3;
+// m; at a smaller distance from a face, the contact direction is the normal of the face
 constexpr double kNoDirection = 1e-13;
 
-/// Writes the indices of the boxes within `far` of p to `at`; returns their number. The last batch may contain unused
-/// lanes.
+/// Finds the boxes within the distance `far` of p. Writes their indices to `at` and returns their number. The last
+/// batch of eight may contain unused elements.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -63,8 +64,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Writes the indices of the planes that q is not clearly above to `at`; returns their number. The planes are given
-/// by normal · q = -distance, in the coordinate system of q.
+/// Finds the planes that do not lie clearly below q. Writes their indices to `at` and returns their number. A plane
+/// consists of the points x with normal · x = -distance, in the coordinate system of q.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -107,13 +108,14 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // the point is deep inside and does not move
+  if (!near.found) return false;  // the point is too deep inside the tissue and does not move
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
 }
 
-/// Moves the ball to the nearest surface, on the side to which n points, and out of faces that it overlaps there.
+/// Moves the ball to the nearest surface point, to the side in the direction n, and out of the faces that it overlaps
+/// there.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -141,7 +143,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   for (int i = 0; i < count_; ++i) {
     if (!hold(i).wall) n += hold(i).push * hold(i).n;
   }
-  // Finds the nearest point of the other mesh, on the side of the old point.
+  // Finds the point of the new mesh that is nearest to the old contact point.
   const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
   if (!near.found) return;
   n = unit_or(n, hold(0).n);
@@ -155,7 +157,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   lift(grid, side);
 }
 
-/// Lists the faces within `reach` of the ball.
+/// Collects the faces that are at most `reach` away from the ball.
 void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   for (;;) {
     near_count_ = 0;
@@ -181,7 +183,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   }
 }
 
-/// Indices in near_ of the collected faces whose boxes are within this distance, m.
+/// Returns the collected faces whose boxes are at most `within` (m) away from the centre, as indices of near_.
 std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
   const glm::vec3 p(c_ - grid.origin());
   const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
@@ -190,7 +192,7 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
   return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
-/// Adds the planes of walls on those edges of a face that border on softer tissue.
+/// Adds a wall plane at each edge of a face that borders on softer tissue.
 void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
     return;
@@ -203,7 +205,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // the wall is behind the ball
+    if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,
@@ -212,13 +214,12 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
   }
 }
 
-/// Collects the planes that bound the ball within `reach`. Returns false if there are too many.
+/// Collects the planes of all faces within `reach` of the ball. Returns false if there are too many planes.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // Faces whose nearest point is in their interior are processed first, because their planes may hide the edges of
-  // other faces.
+  // First adds the faces whose nearest point lies in their interior. Their planes may hide the edges of other faces.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -250,7 +251,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
-    // A face that lies below the plane of another face cannot be reached before that plane.
+    // If a face lies completely below the plane of another face, the ball touches that plane first. So the lower face
+    // adds no plane.
     const glm::vec3 q(at.p - c_);
     const std::size_t above =
         list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
@@ -263,9 +265,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
-    // The ball is above the plane of this face but beyond this edge, and the surface does not bend away there. So the
-    // plane of this face bounds the ball. If the plane of the edge were used instead, each iteration would only halve
-    // the ball's distance to the edge.
+    // The ball is above the plane of this face but beyond one of its edges, and the surface is flat or concave at this
+    // edge. So the plane of this face is a valid constraint. The plane through the edge would be valid too, but with it
+    // each iteration would only halve the ball's distance to the edge.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -291,9 +293,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// If an edge or corner holds the ball, each iteration would move the ball only part of the path around the edge. So
-/// the step continues along the plane to a line: the line from the hand's nearest point on the face through the hand.
-/// From this line, the next iteration approaches the edge from the correct side.
+/// Speeds up the motion around an edge or corner: with the plane alone, each iteration would move the ball only a part
+/// of the path around the edge. The step is therefore extended along the plane, up to the line through the hand and the
+/// face's point nearest to the hand. From this line, the next iteration approaches the edge from the correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -303,7 +305,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  if (glm::length(other - step) > glm::length(step)) return;  // the line lies on another part of the face
+  if (glm::length(other - step) > glm::length(step)) return;  // the line belongs to another part of the face
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
   }
@@ -313,17 +315,18 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
 void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   gave_way_ = false;
   ActivePlanes active;
-  // During contact, the point moves in this tick about as far as the hand moved, independently of the depth.
+  // Estimates the motion in this tick. During contact, the point moves about as far as the hand moves along the
+  // surface, independent of the penetration depth.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
-  // Expected displacement of the next iteration
+  // m, expected displacement in the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostIterations; ++i) {
-    // m, distance from the ball up to which the list is valid
+    // m, distance from the ball within which the list of collected faces is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);
@@ -364,8 +367,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall, the face beyond the border can be as near as the face in contact; then the tissue in contact does not
-  // change.
+  // At a wall, the face on the other side may be equally near. The stored tissue in contact must then not change.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;

@@ -1,4 +1,5 @@
-// The surface contact point (SCP): the proxy of the hand's point (HIP), which stays outside the mesh.
+// The surface contact point (SCP): the proxy of the hand's position (haptic interface point, HIP). It stays outside the
+// mesh.
 #pragma once
 
 #include <array>
@@ -9,26 +10,26 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Stiffness of every tissue, N/m. A wall exists where the stiffness increases.
+/// Stiffness of every tissue, N/m. There is a wall at each border from a softer to a stiffer tissue.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
-  double radius = 0;         // m, radius of the tool's end; 0: a point
-  bool walls = true;         // one-sided walls at tissue borders
-  double wall_limit = 0.5;   // N, force at which a wall yields
+  double radius = 0;  // m, radius of the tool's end; 0: a point
+  // true: walls exist at the borders between tissues; they stop only a motion from the softer tissue
+  bool walls = true;
+  double wall_limit = 0.5;   // N, force above which a wall yields
   double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
 };
 
-/// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the
-/// distance to the HIP decreases. Here every face near the point bounds it by a plane through the face's nearest
-/// primitive (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies these
-/// planes, and iterates until it does not move. The result is the same, but no links between neighbours are needed;
-/// such links do not exist at cracks, duplicate triangles and slivers. Since the planes bound convex obstacles, no
-/// step can pass through a face of any mesh. The point is the centre of a ball with the tool's radius; a point tool
-/// is a ball of radius `kSkin`. Servo thread; never allocates.
+/// Surface contact point after Wang et al. 2009, section 3.2. The paper moves from the active primitive to a neighbour
+/// while the distance to the HIP decreases. Here, every face near the point adds a plane through its nearest primitive
+/// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies all planes; this is
+/// repeated until it does not move. The result is the same, but no links between neighbours are needed; cracks,
+/// duplicate triangles and slivers have no such links. No step can pass through a face of any mesh. The point is the
+/// centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
-  static constexpr double kSkin = 1e-8;        // m, least distance of the point from a face
+  static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, largest allowed `most` of clearance()
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
@@ -37,8 +38,8 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// Begins at p. Returns false if p was inside the tissue, or closer to the tissue than the radius; then the point
-  /// was moved out.
+  /// Starts a contact at p. Returns false if p was inside the tissue, or nearer to the tissue than the radius; the
+  /// point is then moved out.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -58,10 +59,11 @@ class SurfacePoint final : public SurfaceContact {
 
   SurfaceOptions options_;
   Stiffness stiffness_;
-  Tissue ground_ = Tissue::kAir;  // tissue in contact; air: no contact
-  bool behind_ = false;  // a wall yielded: walls are ignored until the contact is on the harder tissue, `beyond_`
-  Tissue beyond_ = Tissue::kAir;  // the harder tissue behind the wall that yielded
-  // Faces near the position at which they were collected, with their boxes in structure-of-arrays form.
+  Tissue ground_ = Tissue::kAir;  // tissue in contact; kAir: no contact
+  // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
+  bool behind_ = false;
+  Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
+  // Indices and boxes of the collected faces, with one array per coordinate.
   static constexpr int kMostNear = 2048, kBatch = 8;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
@@ -70,20 +72,21 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
-  const TriangleGrid* collected_ = nullptr;  // grid of the collected faces; null: they must be collected again
-  // The faces used in one iteration, as indices in near_.
+  // grid from which the faces were collected; null: they must be collected again
+  const TriangleGrid* collected_ = nullptr;
+  // The faces of the present iteration, as indices of near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
-  // Faces whose nearest primitive in one iteration is an edge or a corner.
+  // A face whose nearest primitive is an edge or a corner.
   struct Edge {
     std::uint32_t face = 0;
     OnFace at;
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // Planes of the faces whose nearest primitive is their interior; they come first in the list. Arrays of the
-  // normals, and of the distances from the centre.
+  // Planes of the faces whose nearest point lies in their interior; these planes are first in the list. One array per
+  // coordinate of the normal, and one for the distance from the centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

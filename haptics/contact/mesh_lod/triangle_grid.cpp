@@ -8,16 +8,17 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // ratio of a cell's width to the mean edge length
+constexpr double kCellEdges = 1.5;  // width of a grid cell, as a ratio to the mean edge length of the faces
 constexpr double kMostCells = 4e6;
-// limit of the number of list entries per face; with more entries, the cells are made larger
+// Upper limit of the number of list entries per face. With more entries, the grid gets larger cells.
 constexpr double kEntriesPerFace = 16;
-constexpr double kFewEntries = 1e6;  // number of list entries that is always allowed
-constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding of a box to floats
-constexpr double kSliver = 1e-12;    // squared sine of an angle, limit: for a flatter face, only its edges are used
+constexpr double kFewEntries = 1e6;  // this number of list entries is allowed for every mesh
+constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
+// smallest squared sine of a face's angle; for a flatter face, only its edges are used
+constexpr double kSliver = 1e-12;
 
-/// The side of the line from a to b on which the origin lies: 1 left, -1 right. If the origin is on the line, it is
-/// treated as moved slightly along the first axis, and less along the second, so that exactly one of two faces at an
+/// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin on the line is
+/// treated as moved slightly along the first axis, and less along the second. So exactly one of the two faces at an
 /// edge contains the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
@@ -26,10 +27,11 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m, tolerance: an edge counts as flat if the vertex beyond the edge is nearer than this to the face's plane
+// m, tolerance: an edge counts as flat if the third vertex of the next face is nearer than this to the plane of the
+// face
 constexpr double kFlat = 1e-10;
 
-/// Marks an edge at which the surface does not bend away. `beyond`: the third vertex of the face across this edge.
+/// Marks an edge at which the surface is flat or concave. `beyond`: the third vertex of the next face across this edge.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);
@@ -81,7 +83,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
     boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxMargin,
                       glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxMargin});
   }
-  // For each edge: the tissue beyond it, and whether the surface bends towards a ball on this side.
+  // All edges of all faces, sorted so that the two faces at a common edge are adjacent in the list.
   struct Side {
     std::uint32_t a, b, face;
     int edge;
@@ -155,7 +157,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // Doubles the search box until it reaches at least as far as the nearest face found in it.
+  // Doubles the size of the search box until it contains the nearest face for certain.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;
@@ -168,7 +170,7 @@ TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const n
 
 bool TriangleGrid::inside(const dvec3& p) const noexcept {
   if (!part_) return winding_sixths(p) >= 3;
-  constexpr double kFar = 2e-3;  // m
+  constexpr double kFar = 2e-3;  // m, search distance for the nearest face
   const Nearest near = nearest(p, kFar);
   return near.found && glm::dot(faces_[near.face].normal(), p - near.p) < 0;
 }
@@ -190,7 +192,7 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      const double above = glm::dot(n, f.a - p) / n[axis];  // distance along the axis to the face
+      const double above = glm::dot(n, f.a - p) / n[axis];  // m, signed distance from p to the face along the axis
       sixths += (above > 0) == left ? 1 : -1;
     });
   }

@@ -1,4 +1,5 @@
-// The triangles of one level in a uniform grid, with three queries: triangles near a point, distance, inside test.
+// The triangles of one level in a uniform grid. Three queries: triangles near a point, distance to the surface, inside
+// test.
 #pragma once
 
 #include <algorithm>
@@ -11,87 +12,90 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A triangle in the form for queries. SI, frame W.
+/// A triangle prepared for queries. SI units, frame W.
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // tissue of the neighbouring face beyond the edges ab, bc, ca; kAir if it has the same tissue or does not exist
+  // For the edges ab, bc, ca: tissue of the face on the other side of the edge; kAir if it is the same tissue or there
+  // is no such face.
   std::array<Tissue, 3> across{};
-  // The neighbouring face beyond each edge; ~0: none, or several. Bit k of `hollow`: the surface at edge k does not
-  // bend away from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the
-  // edge.
+  // For each edge: index of the face on the other side; ~0 if there is none, or more than one. Bit k of `hollow_front`
+  // (or `hollow_back`) is set if the surface at edge k is flat or concave, seen from the front (or back) of this face.
+  // The plane of this face is then also valid for a ball beyond the edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
   dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
-  /// The face's normal, not normalised; zero for a degenerate face.
+  /// Returns the face's normal with twice the face's area as its length; zero for a degenerate face.
   dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
 };
 
-/// The point of a face nearest to p, and the primitive on which this point lies. The result is exact for slivers and
-/// degenerate faces, too, by their edges.
+/// The point of a face nearest to p, and the primitive on which this point lies. For slivers and degenerate faces the
+/// result is exact, because their edges are used.
 struct OnFace {
   dvec3 p{0};
-  int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: in the interior
-  bool corner = false;  // true if p is at an end of the edge
+  int edge = -1;        // index of the edge ab, bc or ca on which p lies; -1: p lies in the interior
+  bool corner = false;  // true if the nearest point is an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
-/// The point of the segment from a to b that is nearest to p.
+/// Returns the point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
   return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
 }
 
-/// Built at set-up or by the carver, then read by the servo. Queries never allocate.
+/// Built at set-up or by the carver; the servo only reads it. Queries never allocate memory.
 class TriangleGrid {
  public:
   TriangleGrid() = default;
-  /// `part`: the mesh was cut out of a larger one, and its open edges continue there.
+  /// `part`: true if the mesh is a part of a larger mesh, which continues beyond its open edges.
   explicit TriangleGrid(const TissueMesh& mesh, bool part = false);
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  /// Memory of faces, boxes and cells, bytes.
+  /// Returns the memory used by faces, boxes and cells, in bytes.
   std::size_t bytes() const noexcept;
 
-  /// Calls use(index) once for every face whose box overlaps the box lo .. hi.
+  /// Calls use(index) once for every face whose box overlaps the box from lo to hi.
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
-  /// Bounding box of a face, m from origin().
+  /// Bounding box of a face; metres, relative to origin().
   struct Box {
     glm::vec3 lo{0}, hi{0};
   };
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
   static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of a face's box
-  /// Returns false if the face's box is farther than `most` metres from p.
+  /// Returns false if the box of the face is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
     const float far = static_cast<float>(most) + kBoxRounding;
     return glm::dot(off, off) <= far * far;
   }
-  /// Edge length of a cell, m: about one and a half mean edge lengths of the faces.
+  /// Returns the edge length of a cell in m, about 1.5 times the mean edge length of the faces.
   double cell() const noexcept { return cell_; }
 
   struct Nearest {
     bool found = false;
     std::uint32_t face = 0;
-    dvec3 p{0};           // m, on the surface
-    double distance = 0;  // m
+    dvec3 p{0};           // m, nearest point of the surface
+    double distance = 0;  // m, distance from the query point to the nearest point of the surface
   };
-  /// The point of the surface nearest to p, within `most` metres.
+  /// Returns the point of the surface nearest to p, within `most` metres.
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
-  /// Six times the generalised winding number, evaluated along the axis directions: 6 inside a closed mesh, 0 outside.
+  /// Returns six times the generalised winding number, computed with rays along the axes: 6 inside a closed mesh, 0
+  /// outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// True if p is inside. For a part of a mesh, the side of the nearest face decides.
+  /// Returns true if p is inside the mesh. For a part of a mesh, the side of the nearest face decides.
   bool inside(const dvec3& p) const noexcept;
 
  private:
   glm::ivec3 cell_of(const glm::vec3& p) const noexcept {
-    // Truncation differs from floor only below zero, where the clamp gives 0 in both cases. It needs one instruction.
+    // The conversion to int truncates. This differs from floor only for negative numbers, which the clamp sets to 0
+    // anyway, and it is faster.
     return glm::clamp(glm::ivec3(p * inverse_), glm::ivec3(0), cells_ - 1);
   }
   std::size_t index(const glm::ivec3& i) const noexcept {
@@ -104,11 +108,12 @@ class TriangleGrid {
   bool part_ = false;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
-  std::vector<std::uint32_t> start_;    // for each cell: its first index in entries_; one more element at the end
-  std::vector<std::uint32_t> entries_;  // indices of faces
+  // for each cell: index of its first element in entries_; the last element marks the end
+  std::vector<std::uint32_t> start_;
+  std::vector<std::uint32_t> entries_;  // indices of the faces in each cell, cell by cell
   dvec3 origin_{0};
-  double cell_ = 1e-3;    // m
-  float inverse_ = 1e3f;  // 1/m
+  double cell_ = 1e-3;    // m, edge length of a cell
+  float inverse_ = 1e3f;  // 1/m, reciprocal of the edge length
   glm::ivec3 cells_{0};
 };
 
@@ -129,7 +134,8 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // A face that lies in several of these cells is reported only for the first of them.
+          // A face may lie in several cells of the searched range. To report it once, only the first of these cells
+          // calls use().
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }

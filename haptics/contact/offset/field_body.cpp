@@ -67,8 +67,9 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 }  // namespace
 
 /// Moves a patch to voxel `lo` and updates its samples. If `known`, written_ contains all changes since the last copy
-/// of the patch: only these changes, the servo's own writes and the slabs that enter the patch are copied. Otherwise
-/// all samples are copied. copy_part(box) copies a box of samples, copy_written() the changes in written_.
+/// of the patch. In this case only three parts are copied: these changes, the samples that the servo wrote itself, and
+/// the slabs that are new in the patch. Otherwise all samples are copied. copy_part(box) copies a box of samples;
+/// copy_written() copies the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {
@@ -78,7 +79,8 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, Cop
   if (!known || stays.empty()) {
     copy_part(left);
   } else {
-    for (int axis = 0; axis < 3; ++axis) {  // one slab on each side; the remaining box shrinks along this axis
+    // copies the new slab on each side; the remaining box `left` shrinks along this axis
+    for (int axis = 0; axis < 3; ++axis) {
       VoxelBox slab = left;
       slab.hi[axis] = stays.lo[axis] - 1;
       if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
@@ -125,7 +127,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot);
 }
 
-/// Stores in the patch the boxes in which anything was cut or filled.
+/// Stores in the patch the boxes in which samples were cut or filled.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

@@ -1,4 +1,4 @@
-// The tissue as a distance field, shared by all contact models that compute contact in a SurfacePatch. Carver's thread.
+// The tissue as a distance field, for all contact models that work in a SurfacePatch. Carver thread.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Owns the OpenVDB volume. Removes exactly the samples that the head's sweep covers.
+/// Owns the tissue as an OpenVDB volume. A cut removes exactly the samples inside the head's sweep.
 class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
@@ -29,7 +29,7 @@ class FieldBody : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
   void cut_out(Snapshot& snapshot) override;
-  void remember_writes(bool) override {}  // the volume always records its changes
+  void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -37,7 +37,7 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
-  /// Reports to loose_pieces_ that tissue was added in the box `filled`.
+  /// Informs loose_pieces_ that tissue was added in the box `filled`.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }
@@ -50,11 +50,12 @@ class FieldBody : public TissueBody {
   TissueVolume volume_;
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
-  std::vector<LoosePiece> pieces_;   // pieces removed from the volume that the caller has not taken yet
+  std::vector<LoosePiece> pieces_;   // loose pieces that take_pieces() has not returned yet
   TissueVolume::Written written_;    // changes since the last copy of the patch that is being updated
-  double travel_ = 0;                // m, distance that a head may travel inside one patch
-  std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
-  CoarseGrid coarse_;                // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
+  double travel_ = 0;                // m, distance that a head may move inside one patch
+  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
+  // spacing and edge length of the coarse patch inside a patch; edge 0: there is none, because no tool has a shank
+  CoarseGrid coarse_;
 };
 
 }  // namespace typodont::haptics::offset

@@ -1,4 +1,5 @@
-// Filling: a dome grows on the tissue nearest to the instrument's free end, up to the head.
+// Filling instruments: a dome of filling material grows on the tissue nearest to the instrument's free end. The head
+// limits its growth.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +14,7 @@ namespace {
 
 using P = FillingParameters;
 
-/// Radius of a ball whose volume is larger by `volume` than the volume of a ball with `radius`.
+/// Returns the radius of a ball whose volume exceeds the volume of a ball with `radius` by `volume`.
 double grown(double radius, double volume) {
   return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
 }
@@ -34,8 +35,8 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Places filling that is due but not yet placed, around one centre. Returns true and sets `cut` if a part of this
-/// filling was placed.
+/// Places the filling material that the instrument has delivered but that is not in the tissue yet. Returns true and
+/// sets `cut` if some of it was placed.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -49,8 +50,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Grows the dome until the free part of its surface yields the volume that is due. The free fraction comes from the
-  // last tick; it may have become smaller.
+  // Computes the growth of the dome's radius such that the free part of its surface adds the waiting volume. The free
+  // fraction of the last tick is used, so the volume may be too small.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -76,10 +77,10 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Called when a dome (the growing deposit of filling) cannot grow any more. Searches from the dome's first position,
-/// through filled voxels, for the nearest open place. If the dome can grow as far as this place, it does so in this
-/// tick; otherwise a new dome begins at the place. The search stops at its cost limit and continues in the next tick.
-/// Returns false if no open place was found.
+/// Called when the dome (the growing deposit of filling) cannot grow any more. Searches for the nearest open place,
+/// starting at the dome's first position and passing through filled voxels. If the dome can grow up to this place, it
+/// does so in this tick; otherwise a new dome begins there. A search that reaches its cost limit continues in the next
+/// tick. Returns false if no open place was found.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
@@ -102,12 +103,12 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // the instrument covers the ray at least up to this distance
+    if (by_head > -P::open) {  // the head covers the ray at least up to this distance
       way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // This place may take more filling, so the next search starts with the same sample.
+    // The same place may take more filling later, so the next search starts with this sample.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;
@@ -118,8 +119,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// Begins a new dome if there is none or if the instrument has moved away. Returns false if the instrument reaches no
-/// tissue.
+/// Begins a new dome if there is none, or if the instrument has moved away from it. Returns false if there is no tissue
+/// within the instrument's reach.
 bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
@@ -134,7 +135,8 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // the point is midway between walls, so the dome begins on the tissue in front of the instrument
+    // The end of the instrument is midway between walls, so the nearest wall is not well defined. The dome begins on
+    // the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;

@@ -1,5 +1,5 @@
-// "offset": god-object contact on the offset surface of a distance field; removes exactly the sweep of the head. The
-// default.
+// The default contact model "offset": a god-object on the offset surface of a distance field. A cut removes exactly the
+// sweep of the head.
 #pragma once
 
 #include "haptics/contact_method.h"

@@ -7,7 +7,7 @@ namespace typodont::haptics::offset {
 
 namespace {
 
-/// Unit vectors, spread evenly over all directions (Fibonacci sphere).
+/// Returns unit vectors that are evenly distributed over all directions (Fibonacci sphere).
 std::vector<glm::vec3> evenly_around(std::size_t count) {
   std::vector<glm::vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
@@ -83,9 +83,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Determines the tissue under the head from samples below each contact, weighted by the contact's force.
+/// Determines the tissue that the head touches. Samples lie below each contact and are weighted by its force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  constexpr double kFeltBelow = 0.5;  // voxels, depth of these samples below the surface
+  constexpr double kFeltBelow = 0.5;  // voxels; the tissue is sampled at this depth below the surface
   const Step& p = step_;
   const double h = voxel();
   out.turns_tool = tool().shape != HeadShape::kSphere || heads_[tool_].smooth.any();

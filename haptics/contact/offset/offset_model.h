@@ -1,5 +1,5 @@
-// The part of the contact model "offset" (README.md) that runs on the servo thread: planes from a distance field keep a
-// god-object outside the tissue.
+// The part of the contact model "offset" (README.md) that runs on the servo thread. The distance field gives contact
+// planes, which keep a god-object outside the tissue.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Servo thread. Lengths are in voxels unless a unit is given; V is the voxel frame.
+/// Contact model for the servo thread. Lengths are in voxels unless a unit is given; V is the voxel frame.
 class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
@@ -31,45 +31,50 @@ class OffsetModel : public PatchModel {
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
  protected:
-  /// A tool with the data that set-up prepares for it.
+  /// A tool and the data that were prepared for it at set-up.
   struct Head {
     Tool tool;
     ContactFinder finder;
-    NonCuttingContacts smooth;  // contacts of the shank and the safe end
-    double reach;               // voxels, distance from the head's centre to the farthest point of head and safe end
+    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end
+    // voxels, distance from the head's centre to the farthest point of the head and the safe end
+    double reach;
   };
 
-  /// State of the tick that is being computed.
+  /// Intermediate results of the present tick.
   struct Step {
-    dvec3 start{0}, c{0};       // the head's centre at the start of the tick, and now
-    dvec3 target{0};            // position of the head's centre that corresponds to the hand's pose
-    dvec3 shift{0};             // the hand's motion since the last tick
+    dvec3 start{0}, c{0};       // voxels, the head's centre: at the start of the tick, and at present
+    dvec3 target{0};            // voxels, position of the head's centre at the hand's pose
+    dvec3 shift{0};             // voxels, motion of the hand since the last tick
     double slack = 0;           // voxels, depth that the head may sink in this tick, limited by the energy budget
-    double slack_at_walls = 0;  // fraction of slack that remains at a wall
+    double slack_at_walls = 0;  // fraction of `slack` that remains at a wall between tissues
     double overlap_before = 0;
-    double pace_per_slew = 0;  // voxels, displacement of the proxy in a tick that changes the force at 1 N/s
-    bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick
-    dvec3 fall_normal{0};      // unit vector against the hand's fall; zero if the hand does not fall
-    double fall_limit = 0;     // voxels, largest distance that the falling head may go down in this tick
-    // vector from the hand to the position at which contacts and energy debt alone hold the head; zero if nothing
-    // holds it
+    // voxels, displacement of the proxy in one tick that changes the force at a rate of 1 N/s
+    double pace_per_slew = 0;
+    bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
+    // unit vector against the direction in which the hand falls; zero if the hand does not fall
+    dvec3 fall_normal{0};
+    // voxels, largest distance that the head may move in the direction of the fall in this tick
+    double fall_limit = 0;
+    // Voxels, vector from the hand to the position that the contacts and the energy debt allow, without the speed
+    // limit; zero without contact.
     dvec3 held_off{0};
-    ActivePlanes active{};  // indices of the contacts that hold the head
-    // the members of Contact with the same names
+    ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
+    // Same meaning as the members of Contact with these names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
-  /// State of one search, carried from iteration to iteration.
+  /// State of one search for the proxy's position, kept over its iterations.
   struct Search {
-    dvec3 found_at{0};  // the head's centre when the contacts were last searched
+    dvec3 found_at{0};  // voxels, the head's centre at the last search for contacts
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;       // number of iterations that ended among contacts
-    dvec3 long_step{0};    // the last step that was too long to be made in one iteration
-    int reversals = 0;     // number of long steps in the direction opposite to the previous long step
-    bool at_pace = false;  // true if the speed limit, not a contact, limited the last step
-    dvec3 held_at{0};      // position of the head's centre that the contacts alone determine
-    dvec3 led_to{0};       // target of the hand, moved by the grip of the teeth if they hold the head
+    int settled = 0;       // number of iterations that ended in contact without a long step
+    dvec3 long_step{0};    // voxels, the last step that was too long for one iteration
+    int reversals = 0;     // number of long steps that were opposite to the previous long step
+    bool at_pace = false;  // true if the last step was limited by the speed limit and not by a contact
+    dvec3 held_at{0};      // voxels, position of the head's centre that results from the contacts alone
+    // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the teeth
+    dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
   enum class Ending { kDone, kPlacementRefused };
@@ -78,12 +83,12 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Lower bound of the head's distance to tissue. Valid only if it is positive.
+  /// Returns a lower bound of the head's distance to tissue, in voxels. Valid only if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// Lower bound of the whole tool's distance to tissue, computed from the lower bound of the head's distance.
+  /// Returns a lower bound of the whole tool's distance to tissue. `head_free`: the lower bound for the head.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // Functions for the pose of the proxy (proxy.cpp).
+  // Functions that compute the pose of the proxy (proxy.cpp).
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -109,9 +114,10 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // Functions for cuts, and for bringing a fresh patch up to date (removal.cpp).
+  // Functions that cut, and that repeat cuts in a new patch (removal.cpp).
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Removes the sweep of the head from in.X_WG to X_WB in all patches. Returns true and a Cut if any sample changed.
+  /// Removes the sweep of the head from in.X_WG to X_WB in the fine and the coarse patch. Returns true and sets `cut`
+  /// if any sample changed.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
@@ -124,63 +130,69 @@ class OffsetModel : public PatchModel {
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
   bool search_open_place(const Fill& instrument, double reach) noexcept;
 
-  double hardest_ = 0;  // J/m³, the greatest specific energy of all tissues
+  double hardest_ = 0;  // J/m³, largest specific energy of all tissues
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;
   Step step_;
-  ContactSet contacts_;  // contacts of the last iteration
+  ContactSet contacts_;  // contacts found in the last iteration
 
-  // State of the proxy, kept from tick to tick.
+  // State of the proxy that is kept between ticks.
   HeldBy held_;           // normals of the contacts that held the head in the last tick
-  bool emptied_ = false;  // true if the last tick removed all tissue inside the head
-  double overlap_ = 0;    // voxels, overlap with tissue that remains to be resolved by moving the head out
-  double wall_ = 0;       // Contact::wall of the last tick
+  bool emptied_ = false;  // true if the last cut removed all tissue inside the head
+  // voxels, overlap of head and tissue; it decays to zero while the head is moved out of the tissue
+  double overlap_ = 0;
+  double wall_ = 0;  // value of Contact::wall in the last tick
   bool breaking_through_ = false;
-  double lost_for_ = 0;     // s, time since the patch last contained the tool
-  double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: no plane replaces it
-  dvec3 bridge_from_{0};    // the head's centre where the snapshot ended
-  double rejoining_ = 0;    // s, remaining time of the smooth return from a bridging plane to the surface
+  double lost_for_ = 0;  // s, time since the tool was last inside the patch
+  // N, force of the last contact, whose plane replaces the tissue while a patch is late; 0: no such plane
+  double bridge_push_ = 0;
+  dvec3 bridge_from_{0};  // voxels, the head's centre where the patch ended
+  // s, remaining time in which the proxy returns smoothly from the bridging plane to the surface
+  double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
-    dvec3 held_at{0};      // voxels, place at which the proxy has rested
-    double held_for = 0;   // s, time for which the proxy has rested at held_at while the hand was far away
-    bool leading = false;  // true while the proxy is led back along the path
-    std::size_t to = 0;    // index of the point of the path to which the proxy is led
+    dvec3 held_at{0};      // voxels, position near which the proxy has been held
+    double held_for = 0;   // s, time for which the proxy has been held near held_at while the hand was far away
+    bool leading = false;  // true while the proxy is led back along its path
+    std::size_t to = 0;    // index of the path point to which the proxy is led back
     bool wedged = false;   // true if the hand has moved away and no path back was found
   } retreat_;
   struct Fall {
-    dvec3 push_mean{0};                 // N, mean push of the tissue on the head
-    dvec3 hand_speed{0}, hand_mean{0};  // m/s, short-term and long-term mean of the hand's velocity
+    dvec3 push_mean{0};  // N, low-pass filtered push of the tissue on the head
+    // m/s, the hand's velocity, low-pass filtered with a short and a long time constant
+    dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // State of the removal.
-  CutFront front_, coarse_front_;  // fronts of the patch and of its coarse patch
+  // State of the removal that is kept between ticks.
+  CutFront front_, coarse_front_;  // active fronts (cut_front.h) of the patch and of its coarse patch
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
-  Pose coarse_end_;                // pose at the end of the last cut in the coarse patch
+  Pose coarse_end_;                // pose at which the last cut in the coarse patch ended
   std::uint64_t coarse_cut_ = 0;   // index of the last cut in the coarse patch
 
   struct Filling {
-    double owed = 0;           // m³, filling that is due but not yet placed
+    double owed = 0;           // m³, filling material that was delivered but is not placed yet
     double radius = -1;        // voxels, radius of the growing dome; negative: no dome exists
-    double free_fraction = 1;  // fraction of the dome's surface that is free, estimated in the last tick
-    dvec3 center{0}, end{0};   // the dome's centre; the instrument's end when the dome was begun
-    dvec3 root{0};  // place where the first dome was begun; filling that does not fit there flows on from this place
+    double free_fraction = 1;  // fraction of the dome's surface that can still grow, estimated in the last tick
+    // voxels; center: centre of the dome; end: position of the instrument's free end when the dome began
+    dvec3 center{0}, end{0};
+    // voxels, place where the first dome began; filling that finds no space there flows on from this place
+    dvec3 root{0};
     bool idle = false;  // true if the dome could hardly grow in the last tick
   } filling_;
-  // Search for open places along straight rays from the root. All rays are searched to the same distance, so the
+  // Search for open places along straight rays that start where the first dome began. All rays advance together, so the
   // nearest open place is found first.
   struct OpenPlaceSearch {
     struct Ray {
-      int next = 0;       // number of the sample at which this ray is examined next
+      int next = 0;       // number of the next sample to examine on this ray
       int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // number of samples that all rays have completed
-    std::size_t way = 0;  // index of the next ray; rays with a smaller index have one more sample
+    int looks = 0;        // number of samples that have been examined on every ray
+    std::size_t way = 0;  // index of the ray that is examined next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
-  std::vector<glm::vec3> flow_directions_;  // unit vectors; empty if no tool fills
+  std::vector<glm::vec3> flow_directions_;  // unit vectors of the rays; empty if no tool fills
 };
 
 }  // namespace typodont::haptics::offset

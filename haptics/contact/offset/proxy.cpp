@@ -1,4 +1,4 @@
-// The proxy: the tool's position outside the tissue, as near to the hand as its contacts allow.
+// Computes the proxy: the tool's position outside the tissue that is as near to the hand as the contacts allow.
 #include <algorithm>
 #include <cmath>
 
@@ -11,11 +11,11 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Friction cone on the god-object: a turning head that is pressed into tissue does not move sideways until the
-/// hand's lateral lag exceeds the grip of the teeth. So the roughness of the cut surface does not shake the hand.
-/// Returns the target with the tangential part of the lag limited to the grip. `moved` is the hand's motion since the
-/// last tick. The tangential lag grows by `most` per tick at most, so that teeth that catch do not stop the head
-/// abruptly.
+/// Models the grip of the teeth as a friction cone on the god-object. While a rotating head is pressed into tissue, it
+/// does not move sideways until the hand's tangential lag exceeds the friction limit. So the roughness of the cut
+/// surface does not shake the hand. Returns the target with the tangential lag limited. `moved`: motion of the hand
+/// since the last tick. The tangential lag grows by at most `most` per tick, so that teeth that catch do not stop the
+/// head abruptly.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -23,16 +23,16 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // change of the tangential lag since the last tick
+  // Change of the tangential lag since the last tick.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
   return target + lag;
 }
 
-/// Largest allowed distance between the proxy's new position and start + `shift`, the position to which the hand
-/// would have carried the proxy. The result is `pace`, or slightly more than the least distance that `step` permits.
-/// So a head that is stuck in its hole can sink even while the hand moves fast sideways.
+/// Returns the largest allowed distance between the proxy's new position and start + `shift`, where a rigid connection
+/// to the hand would move the proxy. This is `pace`, or slightly more than the smallest distance that is possible along
+/// `step`. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -54,12 +54,13 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Starts the tick. The overlap decays at the rate at which the head may leave the tissue without a force step.
+/// Initialises the data of the tick. Reduces the overlap, at the rate at which the head may leave the tissue without a
+/// force step.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  // two separate assignments, because a chained assignment would wait for the value that it has just stored
+  // Two separate assignments: a chained assignment would read the first value back from memory and wait for the store.
   s.fall_normal = dvec3(0);
   s.held_off = dvec3(0);
   s.active.count = 0;
@@ -76,10 +77,10 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// If the tissue under the bur is gone, the hand falls and lands at the speed that it has gained, which causes a
-/// force step. A fall is detected if the tissue's push on the bur decreases while the hand's speed against this push
-/// increases. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at a steady
-/// speed does not fall, however steep its path.
+/// Limits the landing speed after a fall. If the tissue under the bur is removed, the hand accelerates, and the bur
+/// then meets the next tissue at this speed; this causes a force step. A fall is detected if the push of the tissue
+/// decreases while the hand's speed against this push increases. The bur then sinks no faster than the allowed landing
+/// speed. A hand that draws the bur at constant speed does not fall, however steep its path is.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -96,7 +97,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A change of speed that one encoder count can cause is not a fall.
+  // The change of speed must also exceed the noise of one encoder count.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -107,8 +108,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   step_.fall_limit = fastest * in.dt / voxel();
 }
 
-/// Moves the proxy toward the hand. place_ball_on_wall() places a ball on one smooth wall. Otherwise a search moves the
-/// proxy: freely while no tissue is near, along the contacts near tissue.
+/// Moves the proxy towards the hand. If the head is a ball on one smooth wall, place_ball_on_wall() computes its
+/// position directly. Otherwise an iterative search moves the proxy.
 void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   Step& p = step_;
   contacts_.clear();
@@ -135,8 +136,9 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
 
-/// Computes the position of a ball on one smooth wall without a search. If other tissue is near, one iteration of the
-/// search then tests whether that tissue is in the way. `alone`: no other tissue is near.
+/// Computes the position of a ball on one smooth wall without the iterative search. Returns false if this is not
+/// possible. `alone`: true if there is no other tissue near the ball. If there is other tissue, the caller must check
+/// the position with one iteration of the search.
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -159,7 +161,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
 
     find_contacts(in, s, head_free);
     if (seated && contacts_.deepest() > WallPlacementParameters::overlap) return Ending::kPlacementRefused;
-    // The head is completely inside tissue, and no surface is in reach.
+    // The head is completely inside tissue, and no surface is within the search range.
     if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {
       p.deep = true;
       p.c = p.target;
@@ -187,8 +189,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // If the contacts at one position do not include all walls, the search may alternate between two positions
-      // without end.
+      // If no single position shows all walls as contacts, the search may alternate between two positions for ever. So
+      // reversed long steps are counted.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -197,18 +199,19 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the next tick continues from here
+    if (s.at_pace) {  // the speed limit is reached; the next tick continues from here
       p.touching = !comes_free;
       break;
     }
     const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
-    // Estimated sum of the remaining steps, if each is at most the same fraction of its predecessor.
+    // Estimates the sum of all remaining steps as a geometric series.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
     const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen || ++s.settled >= most_settled) break;
-    // On a smooth surface each iteration squares the error. If no contact pushes, the target was reached.
+    // If no contact pushes the head, it has reached the target. Otherwise iterate: on a smooth surface each iteration
+    // squares the error.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -221,7 +224,7 @@ double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
   return smooth().any() ? std::min(head_free, smooth().room(patch_, X_VT)) : head_free;
 }
 
-/// Sphere tracing: moves the head as far as the tool cannot touch tissue.
+/// Moves the head towards the target by sphere tracing: a step is never longer than the distance to tissue.
 OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
   Step& p = step_;
   if (!patch_.holds(p.c, reach() + 1)) {
@@ -248,9 +251,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts at p.c. Existing contacts are reused while the head has hardly moved. Two kinds are always
-/// searched again: a single exact contact, and contacts around a rim, whose exact planes are refined from the rough
-/// ones.
+/// Finds the contacts at p.c. Existing contacts are reused while the head has moved only a little. Two kinds are always
+/// searched again: a single contact with an exact plane, and contacts around a rim, because their exact planes are
+/// refined from approximate planes.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -265,7 +268,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Finds all contacts of the head, the shank and the safe end at c.
+/// Searches the contacts of the head, the shank and the safe end at the centre c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -274,8 +277,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Tissue harder than the tissue being cut yields less, in the ratio of specific energies. Softer tissue never holds
-  // the head back.
+  // Reduces the depth of the cut where the tissue is harder than the tissue being cut, by the ratio of the specific
+  // energies. For softer tissue the depth stays unchanged.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -286,7 +289,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   step_.active = guess_active(contacts_, held_);
 }
 
-/// Returns the position nearest to the hand that the contacts and the speed limit allow.
+/// Returns the position nearest to the target that the contacts and the speed limit allow.
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
@@ -296,7 +299,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // If the hand falls, the head follows a plane that sinks at the allowed speed.
+  // If the hand falls, an additional plane under the head limits the speed. The plane sinks at the allowed landing
+  // speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -308,8 +312,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// The rough planes selected the contacts that hold the head. Exact planes correct their distance, and other contacts
-/// may then hold the head.
+/// Approximate planes have selected the contacts that hold the head. This function replaces them by exact planes and
+/// projects again, because other contacts may then hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -321,8 +325,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
     if (!refined) break;
     next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   }
-  // One-sided wall (Wang 2009): a bur that comes from softer tissue cuts the boundary of harder tissue with only a
-  // fraction of its power, the ratio of the specific energies.
+  // Walls between tissues (Wang 2009): at the border to harder tissue, a bur that comes from softer tissue cuts with
+  // only a fraction of its power. The fraction is the ratio of the specific energies.
   const bool walled = in.cuts && settings_.boundary_walls;
   for (int round = 0;
        walled && p.slack > 0 && round < WallParameters::rounds && hold_at_walls(p.active, p.slack_at_walls); ++round) {
@@ -331,9 +335,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   return next;
 }
 
-/// Along a smooth curved surface each step is a constant fraction of its predecessor, negative in a hollow. The sum of
-/// the remaining steps is therefore made at once (secant method). With two active planes in one hollow the gain only
-/// shortens the step. The part of the step toward the tissue is not changed.
+/// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
+/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once. With two
+/// active planes the gain may only shorten the step. The component of the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -347,8 +351,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// Computes the depth that the head may sink in this tick: the energy budget pays for area × depth plus the cap of a
-/// first touch.
+/// Computes the depth that the head may sink in this tick. The energy budget pays for the removed volume: contact area
+/// × depth, plus the spherical cap of a first touch.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
@@ -362,17 +366,17 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// The fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has delivered, a
-/// pushed bur waits until this debt is paid. A bur with a sharp rim also waits in a pit that is too shallow for its
-/// wall to be detected.
+/// Returns the fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has
+/// delivered, a bur that is pressed into tissue is slowed down until the motor has delivered this energy. This also
+/// stops a bur with a sharp rim in a pit so shallow that no wall is detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// True if the ball placed on the wall overlaps no holding plane by more than a tolerance; the tolerance is smaller
-/// for a plane of another wall.
+/// Returns true if the ball placed on the wall overlaps the planes that hold it by less than a tolerance. The tolerance
+/// is smaller for a plane of another wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -384,11 +388,11 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Moves a bur whose force must change without a step. Chooses the position nearest to the hand among the positions
-/// at most `most` away from `carried`, to which the hand would carry the bur. This position is found by leading the
-/// bur to a point between `carried` and the hand: the lag only becomes shorter, so a bur that comes over a rim first
-/// lands and then catches up. `next` contains on entry the position at which the contacts alone hold the bur, and on
-/// return the new position. Returns the point to which the bur is led.
+/// Limits the change of the force of a bur. `carried` is the position to which a rigid connection to the hand would
+/// move the bur; the new position must be at most `most` away from it. Among these positions, the one nearest to the
+/// hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the hand
+/// never grows, so a bur that passes a rim lands first and then catches up. `next`: on entry, the position that the
+/// contacts alone determine; on return, the new position. Returns the point to which the bur is pulled.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -402,8 +406,9 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// The fraction of its power with which the head cuts at this plane. If the head comes from softer tissue and touches
-/// much harder tissue, it is the ratio of the softer to the harder tissue's specific energy, otherwise 1.
+/// Returns the fraction of its power with which the head cuts at this plane. At a wall (the head comes from softer
+/// tissue and touches much harder tissue), this is the ratio of the softer to the harder tissue's specific energy.
+/// Elsewhere it is 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -412,7 +417,7 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// The smallest fraction wall_at() of all planes that hold the head; 0 if none lies at a wall.
+/// Returns the smallest fraction wall_at() of all planes that hold the head, or 0 if no plane lies at a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
@@ -421,8 +426,8 @@ double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   return least < 1 ? least : 0;
 }
 
-/// Reduces ContactPlane::yields of the planes that hold the head and belong to a wall to at most `yields`. Returns true
-/// if any was reduced.
+/// Limits ContactPlane::yields (the fraction of the depth that a plane allows) to `yields`, for all planes that hold
+/// the head and lie at a wall. Returns true if a value was reduced.
 bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
   bool changed = false;
   for (int i = 0; i < active.count; ++i) {
@@ -435,9 +440,9 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// Limits the proxy's speed relative to the hand for a bur that comes free (over the rim of its own cut or through the
-/// last tissue), and for a bur whose contacts have shifted. This limits the change of the force on the hand. The proxy
-/// only lags behind, so this dissipates energy and never supplies any.
+/// Limits the change of the force when a bur loses contact (at the rim of its own cut, or when it has removed the last
+/// tissue), or when its contacts change. To this end it limits the proxy's speed relative to the hand. The proxy only
+/// lags behind the hand, so this dissipates energy and never generates it.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -449,10 +454,10 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// A head under an overhang, or behind a ledge that its own cut left, stays held at any distance of the hand, because
-/// its position is the allowed one nearest to the hand. The head is led back along its own path, which was free, to the
-/// point of the path nearest to the hand, with limited force change and without cutting. True if it is led in this
-/// tick.
+/// Leads the proxy back if it is trapped under an overhang or behind a ledge that its own cut left. There, the allowed
+/// position nearest to the hand does not change, however far the hand moves away. The head is led along its own
+/// recorded path, which was free, to the path point nearest to the hand. The force changes at a limited rate, and
+/// nothing is cut. Returns true if the head is led in this tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -479,12 +484,12 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy then follows the hand with limited speed, too
+  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy then follows the hand at a limited speed
   breaking_through_ = true;
   return true;
 }
 
-/// Records the path of a cutting tool and detects that the hand has moved away from a proxy that does not follow.
+/// Records the path of a cutting tool. Detects that the hand has moved away while the contacts still hold the proxy.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
   retreat_.wedged = false;
@@ -506,8 +511,9 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// True if the head can move on the straight line to the hand without touching tissue, as far as the patch extends;
-/// if the hand presses into tissue, it cannot. Also true if the hand is too far away to be pressing.
+/// Returns true if the hand has moved away. This is the case if the head can move on the straight line towards the hand
+/// without touching tissue, as far as the patch extends, or if the hand is too far away to be pressing the tool into
+/// tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -522,16 +528,16 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Outside the patch the plane of the last contact replaces the surface (the intermediate surface of Adachi 1995; Mark
-/// 1996) until a patch arrives; nothing is cut. If the patch is late, the plane yields where the hand pushes harder
-/// than on that contact, so the plane never traps the hand. Between one and two times bridge_reach the plane's force
-/// falls to zero. A tool that touched nothing follows the hand. docs/safety.md has the measurements.
+/// Handles a tool outside its patch. Until a new patch arrives, the plane of the last contact replaces the tissue
+/// (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is late, the plane yields to a
+/// force larger than that of the last contact, so that the plane never traps the hand. Its force falls to zero between
+/// one and two times bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
   lost_for_ = p.lost ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
-  // Replay of recordings with version 1 of the force laws: the plane holds for a fixed time and does not yield.
+  // In recordings with version 1 of the force laws, the plane exists for a fixed time and does not yield.
   p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {
@@ -540,7 +546,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance by which the plane holds the head away from the hand
+                          // voxels, largest distance between the head and the hand that the plane may cause
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }
@@ -572,7 +578,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.held_off;
   out.wall = wall_;
-  // The area comes from the samples; after a single query it is the area of the cap under the tangent plane.
+  // The area is measured on the samples. If only one exact contact was computed, it is the area of the cap below the
+  // tangent plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

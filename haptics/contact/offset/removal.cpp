@@ -1,4 +1,4 @@
-// Removal in the servo's own patch, and the update of a fresh patch with the cuts that it lacks.
+// Removes tissue in the servo's own patch, and repeats cuts in a new patch that lacks them.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return changed;
 }
 
-/// Removes the sweep of the head along the proxy's motion. Returns true and a Cut if any sample changed.
+/// Removes the sweep of the head along the proxy's motion. Returns true and sets `cut` if any sample changed.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
   return emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
@@ -23,12 +23,13 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // After undo or redo the head may lie in restored tissue: the sweep then starts with the head's whole shape.
+  // After an undo or redo, the head may lie in restored tissue. So the next sweep includes the whole head at its start.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues, settings_.laws);
   bool changed;
-  PerTissue hardened;  // voxels³ × hardness, the volume to which the specific energy applies
+  // voxels³ × hardness, removed volume of each tissue weighted by its hardness; it determines the cutting energy
+  PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
@@ -43,14 +44,15 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Repeats the cut in the coarse patch, in longer steps, because the patch's samples do not resolve shorter steps.
+/// Repeats the cut in the coarse patch. Several short cuts are joined into a longer one, because the coarse samples
+/// cannot resolve them.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
   if (patch_.wide.empty()) return;
   const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};
   const bool goes_on = continues && coarse_cut_ + 1 >= cut_count_;
   if (!goes_on) coarse_end_ = X_WA;
-  // A rotation by R moves no point of the head by more than 2.3 √(2 - 2|cos|) × its reach (chord of the rotation
-  // angle).
+  // Upper bound of the displacement that the rotation causes: no point of the head moves by more than 2.3 √(2 - 2|cos|)
+  // × its reach, where cos is the scalar product of the two quaternions.
   const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_end_.R))));
   const double moved = glm::length(X_WB.p - coarse_end_.p) + turned * tool().reach();
   coarse_cut_ = cut_count_;
@@ -62,7 +64,8 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   if (strokes_edited) emptied_ = false;
   if (!known) front_.forget();
-  // the coarse patch was cut in other steps than the volume from which the fresh patch is copied
+  // The coarse patch was cut in longer steps than the volume from which the new patch is copied, so its front is not
+  // valid any more.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -80,7 +83,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
 }
 
-/// Brings a fresh coarse patch up to date with the cuts that it lacks.
+/// Applies to the coarse patch of a new snapshot the cuts that it lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.wide.empty()) return;
   SurfacePatch& coarse = fresh.wide.front();

@@ -1,4 +1,5 @@
-// The recorded path of the proxy. A proxy that its contacts hold is led back along it when the hand has left.
+// The recorded path of the proxy. If the hand has moved away but contacts hold the proxy, the proxy is led back along
+// this path.
 #pragma once
 
 #include <cstddef>
@@ -8,34 +9,36 @@
 
 namespace typodont::haptics::offset {
 
-/// Points in voxels, from outside the tissue to the proxy's position. Loops are removed: points between two visits of
-/// the same place are dropped. A full path drops every second point. Servo thread; allocates at set-up only.
+/// Path points in voxels, from outside the tissue to the proxy's position. Loops are removed: when the path returns to
+/// a place, the points since the first visit are dropped. When the memory is full, every second point is dropped. Servo
+/// thread; allocates memory at set-up only.
 class RetreatPath {
  public:
   RetreatPath() { points_.reserve(kMost); }
 
-  /// Starts the path at c, outside the tissue.
+  /// Starts the path at position c, which is outside the tissue.
   void begin(const dvec3& c) noexcept {
     points_.clear();
     points_.push_back(c);
     longest_ = kSpacing;
   }
-  /// Adds the proxy's new position c.
+  /// Adds the proxy's new position c to the path.
   void add(const dvec3& c) noexcept;
   std::size_t size() const { return points_.size(); }
   const dvec3& last() const { return points_.back(); }
   void drop_last() noexcept { points_.pop_back(); }
-  /// Index of the point nearest to `target`; size() if none is nearer than `within`.
+  /// Returns the index of the path point nearest to `target`, or size() if all points are farther away than `within`.
   std::size_t nearest(const dvec3& target, double within) const noexcept;
 
  private:
   static constexpr std::size_t kMost = 512;
-  static constexpr double kSpacing = 0.5;    // voxels, smallest distance between two points
-  static constexpr double kSamePlace = 0.7;  // voxels, distance below which two points are the same place
-  static constexpr double kLeap = 8;         // voxels, distance from the last point above which the path starts anew
+  static constexpr double kSpacing = 0.5;    // voxels, smallest distance between two consecutive points
+  static constexpr double kSamePlace = 0.7;  // voxels; two points nearer than this count as the same place
+  // voxels; a new point farther than this from the last point starts a new path
+  static constexpr double kLeap = 8;
 
   std::vector<dvec3> points_;
-  double longest_ = kSpacing;  // voxels, largest distance between two points
+  double longest_ = kSpacing;  // voxels, largest distance between two consecutive points
 };
 
 }  // namespace typodont::haptics::offset

@@ -13,10 +13,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, limit of the size of all cached packings
+constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, upper limit of the total size of the cache
 constexpr const char* kSuffix = ".packing";
 
-/// Calls use(bytes, count) for each array of a packing whose arrays have the right size.
+/// Calls use(bytes, count) for each array of a packing.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };

@@ -1,12 +1,13 @@
-// Caches packings between runs, because making one takes seconds. Set-up time.
+// Stores sphere packings on disk and reuses them in later runs, because the computation of a packing takes seconds.
+// Set-up time.
 #pragma once
 
 #include "haptics/sphere_packer.h"
 
 namespace typodont::haptics::packing {
 
-/// Returns the same result as pack_spheres(). If an earlier call with the same tissue and options stored it, reads it
-/// from the cache. Equal input gives equal bits.
+/// Returns the result of pack_spheres(). If the cache contains the packing of the same tissue with the same options,
+/// reads it from there. Equal input gives equal bits.
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options);
 
 }  // namespace typodont::haptics::packing

@@ -30,11 +30,11 @@ namespace packing {
 
 namespace {
 
-constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool for estimating the surface
-// limit of the number of results of a pass; with more results, the pass has failed
+constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
+// Upper limit of the number of results of one pass. A pass with more results counts as failed.
 constexpr std::size_t kExpected = 65536;
 
-/// Sorts by the tool's sphere (`ball`), and for each of them in the order of the tree.
+/// Sorts the results by the tool's sphere (`ball`). Results of the same ball are in the order of the sphere tree.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {
@@ -51,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Computes pass 1 on the CPU.
+/// Computes pass 1 (the first contact) on the CPU.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -154,7 +154,8 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // Moves the tool's first sphere from outside into a sphere of the tissue, by a fifth of its own radius.
+    // Test motion for CPU and GPU: moves the tool's first sphere from outside into a sphere of the tissue, by a fifth
+    // of its own radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

@@ -1,4 +1,4 @@
-// The packing method's three passes on a GPU. They compute the same sums in the same order as on the CPU, so the
+// Runs the three passes of the contact model "packing" on a GPU. The sums have the same order as on the CPU, so the
 // results have the same bits.
 #pragma once
 
@@ -13,31 +13,31 @@
 
 namespace typodont::haptics::packing {
 
-/// Smallest number of spheres for which the GPU is tried. With fewer spheres, the CPU finishes before a GPU has
-/// started.
+/// The GPU is used only for at least this number of tissue spheres. With fewer spheres, the CPU finishes before the GPU
+/// has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Servo thread. noexcept; allocates nothing except in the GPU's driver. If a pass fails, ready() is false until the
-/// next load(), and the caller computes on the CPU.
+/// Servo thread. All functions are noexcept and allocate no memory, except in the GPU's driver. If a pass fails,
+/// ready() returns false until the next load(), and the caller computes on the CPU.
 class ComputePasses {
  public:
-  /// `tools`: all tools that will be used.
+  /// `tools`: the sphere models of all tools that will be used.
   ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<const ToolSpheres> tools);
 
   std::string device() const { return passes_->device(); }
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1: finds the first contact of the moving balls.
+  /// Pass 1: finds the first contact between moving spheres of the tool and the tissue.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2: gives the same result as estimate_surface() on the CPU.
+  /// Pass 2: computes the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3 without removal: computes the energy in J that the head's motion from `from` to `to` costs. `near_to`:
-  /// end of the longest motion that will be evaluated.
+  /// Pass 3 without a change of the tissue: computes the energy in J that a motion of the head from `from` to `to`
+  /// costs. `near_to`: end of the longest motion for which this cost will be computed.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: gives the same result as packing::carve() on the CPU.
+  /// Pass 3: computes the same result as packing::carve() on the CPU.
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -48,19 +48,20 @@ class ComputePasses {
   bool ready_ = false;
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
-  std::vector<std::uint32_t> number_;  // for each resting ball: index in the tool
-  std::vector<SphereShare> shares_;    // in the CPU's order
+  std::vector<std::uint32_t> number_;  // for each ball in resting_: index of the tool's sphere
+  std::vector<SphereShare> shares_;    // overlaps, sorted in the order in which the CPU sums them
   std::vector<SphereChange> changes_;
 };
 
-/// Times of one tick's passes on the CPU and on a GPU, summed over several tool positions at the tissue's spheres.
+/// Mean times of the passes at one tool position, on the CPU and on a GPU.
 struct PassTimes {
-  double processor = 0, gpu = 0;  // s
-  bool same = true;               // all results have the same bits
-  /// True if the GPU is faster and gives the same bits.
+  double processor = 0, gpu = 0;  // s, mean time per tool position on the CPU and on the GPU
+  bool same = true;               // true if all results had the same bits
+  /// Returns true if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures the passes on the CPU and on the GPU. `tissue` must be loaded. Set-up time: takes as long as some ticks.
+/// Measures the three passes on the CPU and on the GPU. `tissue` must already be loaded on the GPU. Set-up time,
+/// because the measurement takes several ticks.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -46,8 +46,8 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Removes dithering from label borders (solid.cpp dithers to get exact volumes), because a sphere needs a clean border:
-// each voxel gets the most frequent label among its neighbours.
+// Makes the borders between labels smooth. solid.cpp dithers labels to get exact volumes, but a sphere needs a smooth
+// border. Each voxel gets the most frequent label among its neighbours.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -57,7 +57,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // If all neighbours have the same label, the label does not change.
+    // Skips voxels whose neighbours all have the same label.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -79,8 +79,9 @@ void DepthField::smooth_labels() {
   }
 }
 
-// Finds the closest point on the surface or border for every voxel by propagation from voxel to voxel (Danielsson 1980,
-// with points between the voxels). The field's own distances are correct only in its band, and not near cuts.
+// Finds for every voxel the closest point on the surface or on a border between tissues. The points propagate from
+// voxel to voxel (Danielsson 1980, with closest points between the voxels). The distances in the field cannot be used,
+// because they are exact only in its band and not near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -92,7 +93,8 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Seeds are points where the line to a neighbour leaves the tissue, and points along the field's gradient.
+  // Start points of the propagation: points where the line between two neighbouring voxels leaves the tissue, and
+  // points along the field's gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -118,7 +120,7 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // Of the 26 neighbours, the 13 that come first in a scan; the other 13 lie opposite.
+  // The 13 of the 26 neighbours that a forward scan visits before the voxel itself. The other 13 are opposite to them.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {
@@ -126,10 +128,10 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans forward and backward alternately, until a scan changes nothing. A neighbour is evaluated again only if it
-  // changed in this scan or in the previous one; all older changes were already used by the last scan in the same
-  // direction.
-  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the last scan that changed a voxel; 0: a seed
+  // Scans the voxels forward and backward in turn, until a scan changes nothing. A neighbour is evaluated only if it
+  // changed in this scan or in the previous scan; earlier scans have already used older changes.
+  // `changed_in`: number of the last scan that changed a voxel; 0: a start point.
+  std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);
     bool changed = false;

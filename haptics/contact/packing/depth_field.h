@@ -1,4 +1,4 @@
-// Computes the depth of a point in its own tissue from a field of distances and labels. Set-up time.
+// Computes the depth of a point inside its tissue, from a field of distances and labels. Set-up time.
 #pragma once
 
 #include <cstddef>
@@ -8,26 +8,28 @@
 
 namespace typodont::haptics::packing {
 
-/// Depth of a point in tissue: its distance to the tissue's surface or to the border with another tissue, whichever
-/// is nearer. Lengths and positions are in voxels of the field; p_V = (0,0,0) is the first sample.
+/// Depth of a point in tissue: the distance to the tissue's surface or to a border with another tissue, whichever is
+/// nearer. Lengths and positions are in voxels of the field; p_V = (0,0,0) is the first sample.
 class DepthField {
  public:
   explicit DepthField(const DenseTissue& tissue);
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  /// Volume per tissue, m³. Each voxel counts with the fraction of it that lies inside the surface.
+  /// Returns the volume of each tissue in m³. A voxel at the surface counts with the fraction that lies inside.
   const PerTissue& volume() const { return volume_; }
 
-  /// The tissue of the nearest sample that has one; kAir if none of the eight samples around the point has one.
+  /// Returns the tissue of the nearest of the eight samples around the point that contains tissue; kAir if none of them
+  /// does.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Depth in the tissue at p; -1 if p is not in tissue.
+  /// Returns the depth in the tissue at p; -1 if there is no tissue at p.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
-  /// Depth in the given tissue, trilinear; negative outside this tissue. -1 for kAir, and outside the samples.
+  /// Returns the depth in the given tissue, interpolated trilinearly. The depth is negative outside this tissue, and -1
+  /// for kAir and outside the field.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:
-  // The arrays have one additional sample of air on every side, so that every voxel has 26 neighbours.
+  // The arrays have an additional layer of air samples on every side, so that every voxel has 26 neighbours.
   std::size_t index(const glm::ivec3& v) const {
     return static_cast<std::size_t>((v.x + 1) * stride_x_ + (v.y + 1) * stride_y_ + v.z + 1);
   }
@@ -38,9 +40,9 @@ class DepthField {
   VoxelFrame frame_;
   glm::ivec3 size_;
   std::ptrdiff_t stride_x_ = 0, stride_y_ = 0;
-  std::vector<float> depth_;           // voxels, depth in the tissue; outside tissue the negative distance to tissue
-  std::vector<Tissue> label_;          // kAir outside the tissue
-  std::vector<std::ptrdiff_t> solid_;  // indices of the voxels in tissue, in the order of the arrays
+  std::vector<float> depth_;           // voxels, depth in the tissue; in air, the negative distance to tissue
+  std::vector<Tissue> label_;          // label of each voxel; kAir outside the tissue
+  std::vector<std::ptrdiff_t> solid_;  // indices of all voxels with tissue, in ascending order
   PerTissue volume_{};
 };
 

@@ -8,14 +8,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Two spheres are linked across gaps of up to this fraction of the smaller radius. The links must bridge the
-/// packing's gaps to the next deeper layer, because a sphere that was cut keeps only its far side.
+/// Two spheres are linked if the gap between them is at most this factor times the smaller radius. The factor is large,
+/// because a sphere that was cut keeps only its far side: its links must then connect that side with the next deeper
+/// layer of spheres.
 constexpr double kLink = 1.5;
-// m, growth of a gap that does not break the link; less than the diameter of any tool
+// m; a gap may grow by this much without breaking the link; less than the diameter of any tool
 constexpr double kWidened = 0.1e-3;
-constexpr int kPace = 16;  // number of spheres that each flood fill adds in a turn
+constexpr int kPace = 16;  // number of spheres that each flood fill adds before the next flood fill continues
 
-/// True if two spheres with these radii and this distance are linked.
+/// Returns true if two spheres with the radii `ri` and `rj` at this distance are linked.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -23,8 +24,8 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 }
 
 struct Flood {
-  std::vector<int> reached;  // all spheres of the flood fill
-  std::size_t done = 0;      // number of reached spheres whose neighbours were visited
+  std::vector<int> reached;  // all spheres in this flood fill
+  std::size_t done = 0;      // number of spheres in `reached` whose neighbours were visited
 };
 
 }  // namespace
@@ -69,7 +70,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
                static_cast<double>(link.gap));
 }
 
-/// True if the link existed before the cut under examination.
+/// Returns true if this link existed before the present cut.
 bool LooseSpheres::linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
@@ -84,7 +85,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // Parts can only separate where a link broke, so the flood fills start there.
+  // A body can separate only where links broke, so the flood fills start at the spheres of the broken links.
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -110,11 +111,11 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Runs flood fills from all seeds; the seeds belonged to one body before the cut.
+/// Runs a flood fill from each seed. All seeds belonged to one body before the cut.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // for each flood fill: the flood fill with which it was merged
+  std::vector<int> joined(seeds.size());  // for each flood fill: index of the flood fill that it was merged into
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -143,8 +144,9 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two flood fills have met. The smaller fill is merged into the larger one; the larger one then visits
-            // the neighbours that the smaller one has not visited. Some neighbours may be visited twice.
+            // Two flood fills have met, so they are merged. The smaller list of spheres is appended to the larger one.
+            // The larger fill then visits all neighbours that the smaller one has not visited; it visits some
+            // neighbours twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -157,7 +159,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        loose.push_back(std::move(now.reached));  // this flood fill has covered a separate piece
+        // this flood fill ended without meeting another one: its spheres are a loose piece
+        loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);
       }
@@ -165,7 +168,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If all flood fills ended separately, the largest part is the main body, not a piece.
+  // If every flood fill ended separately, the largest part is the main body and not a loose piece.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

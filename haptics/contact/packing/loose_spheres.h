@@ -1,4 +1,4 @@
-// Finds the pieces that a cut detached: spheres that are no longer connected with the body to which they belonged.
+// Finds the pieces that a cut detached: spheres that are no longer connected with their body.
 #pragma once
 
 #include <span>
@@ -9,33 +9,33 @@
 
 namespace typodont::haptics::packing {
 
-/// Finds the pieces that cuts detach. Carver thread. The result depends on the spheres only: equal cuts give equal
-/// pieces. Spheres that lie close together in the packing are linked. A link remains while both spheres exist and the
-/// gap between them is less than the sum of their radii, or has hardly grown since the start. If a tool has passed
-/// between two spheres, both have shrunk away from each other; a sphere that was cut on one side keeps its distance
-/// to the spheres on its far side. Flood fills start around the spheres that lost links, and grow over links at equal
-/// speed until they meet. A fill that ends without meeting another fill has covered a loose piece. Bodies that were
-/// separate at the start (two teeth) are not loose: only the smaller parts of one original body are.
+/// Finds loose pieces. Carver thread. The result depends only on the spheres, so it is deterministic. Spheres that lie
+/// close together in the packing are linked. A link remains while both spheres exist and the gap between them is
+/// smaller than the sum of their radii, or has hardly grown since the start. If a tool passes between two spheres, both
+/// shrink away from each other and the link breaks; a sphere that was cut on one side keeps its distance to the spheres
+/// on its far side. Flood fills start at the spheres that lost links, and grow along links at equal speed until they
+/// meet. A flood fill that ends without meeting another one is a loose piece. Bodies that were separate at the start
+/// (two teeth) do not count as loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
 
-  /// A sphere that a cut changed, in its previous state.
+  /// The state of a sphere before a cut changed it.
   struct Changed {
     int sphere;
-    dvec3 center;   // m
-    double radius;  // m
+    dvec3 center;   // m, centre of the sphere
+    double radius;  // m, radius of the sphere
   };
-  /// Call after a cut that changed these spheres, each listed once. Returns the pieces that this cut detached, as
-  /// lists of spheres; the tissue still contains them.
+  /// Must be called after each cut, with all spheres that the cut changed (each listed once). Returns the pieces that
+  /// this cut detached, as lists of spheres; the tissue still contains these spheres.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
-  /// Number of separate bodies at the start.
+  /// Returns the number of separate bodies at the start.
   int bodies() const { return bodies_; }
 
  private:
   struct Link {
     int to;
-    float gap;  // m, gap at the start
+    float gap;  // m, gap between the two spheres at the start
   };
   std::span<const Link> links(int i) const {
     const auto k = static_cast<std::size_t>(i);
@@ -47,9 +47,9 @@ class LooseSpheres {
 
   std::vector<std::size_t> first_;  // for each sphere: index of its first link
   std::vector<Link> links_;
-  std::vector<int> body_;  // for each sphere: the body to which it belongs
+  std::vector<int> body_;  // for each sphere: index of its body
   int bodies_ = 0;
-  std::vector<Changed> before_;  // for each sphere: its state before the cut that last changed it
+  std::vector<Changed> before_;  // for each sphere: its state before the last cut that changed it
   std::vector<unsigned> cut_;    // for each sphere: number of the cut that last changed it
   unsigned cuts_ = 0;
   std::vector<unsigned> seen_;  // for each sphere: number of the search that last reached it

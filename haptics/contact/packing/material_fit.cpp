@@ -17,15 +17,16 @@ namespace {
 
 using namespace packing;
 
-/// The tissue that the tool's motion overlaps at one time of the measurement.
+/// One interval of the measurement, and the tissue that the tool removes in it.
 struct Moment {
-  double t = 0, measured = 0;                   // s, N
-  std::vector<std::pair<int, double>> overlap;  // indices of spheres, and volume of overlap with each, m³
-  double gain = 0;                              // N, simulated force if all densities are 1
+  double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
+  // index of each sphere that the tool overlaps, with the overlapping volume in m³
+  std::vector<std::pair<int, double>> overlap;
+  double gain = 0;  // N, simulated force if all densities were 1
 };
 
-/// Force per power at the teeth, N/W: power = μ_c · efficiency · F · R · ω (see `earn` of the servo), without the
-/// motor's loss of speed under load.
+/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from power = μ_c · efficiency · F · R ·
+/// ω (see `earn` in the servo); the motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
@@ -63,7 +64,8 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 
-  // Computes the overlap of the tool along its path for each time; the overlap does not depend on the densities.
+  // Computes for each interval the tissue that the tool removes along its path. This does not depend on the densities,
+  // so it is computed only once.
   SphereTissue spheres(packing, parameters.removal,
                        cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue));
   CutBuffers buffers(packing.size());
@@ -129,7 +131,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) {
       const double unit = stability_of(m.overlap, m.gain, 1);
       adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
-      // Densities never become negative, and a tissue without resistance keeps density zero.
+      // Limits the densities to values of at least zero. A density of zero means tissue without resistance.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }

@@ -15,24 +15,26 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kBlock = 8;            // voxels, edge of a block of the field
-constexpr double kNoteEvery = 0.03;  // voxels, motion of the tool's ball between two notes about a sphere
-constexpr double kAround = 1.8;  // voxels, width of the region around a sphere and its gaps that interpolation reads
-// extent of the gaps beside a sphere, as a multiple of the radius of the largest hole
+constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
+// voxels; a sphere adds a note each time the tool's ball has moved this far (see class PackingBody)
+constexpr double kNoteEvery = 0.03;
+// voxels, margin around a sphere and its gaps, because interpolation also reads neighbouring voxels
+constexpr double kAround = 1.8;
+// extent of the gaps around a sphere, as a multiple of the radius of the largest hole in the packing
 constexpr double kGapsAround = 2;
-// the first version of the force laws in which the gaps beside a sphere shrink when the sphere is cut
+// first version of the force laws in which the gaps around a sphere become smaller when the sphere is cut
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// limit of the number of waiting notes; with more notes, the field is updated without a request
+// upper limit of waiting notes; when it is exceeded, the field is updated at once
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Position of the tool's ball at its deepest overlap with the sphere.
+/// Returns the position of the tool's ball at its deepest overlap with the sphere `s`.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
 
-/// The state of a sphere after a ball of radius `r` around its centre has removed all of it.
+/// Returns the state of a sphere after a ball of radius `r` at its centre has removed it completely.
 CutSphere taken_by_ball(const CutSphere& s, double r) {
   CutSphere gone = s;
   gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
@@ -84,8 +86,9 @@ void PackingBody::set_laws(std::uint32_t laws) {
   if (laws != laws_) set_tools(laws);
 }
 
-/// Tissue and hardness of each sphere are those of the voxel at its initial centre. The packer has cleaned dithered
-/// borders, so a voxel's label is used only if the voxel was painted after that.
+/// Sets tissue and hardness of each sphere to those of the voxel at its initial centre. The packer smooths dithered
+/// borders, so the voxel's label may differ from the sphere's tissue. So the label is used only if the voxel was
+/// painted after packing.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -110,7 +113,7 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  if (volume_.strokes().done > strokes_in_field()) {  // a brush stroke can be undone
+  if (volume_.strokes().done > strokes_in_field()) {  // brush strokes were added, so undo must include them
     done_.push_back({{}, true});
     undone_.clear();
   }
@@ -130,7 +133,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut has begun, so the result of the previous cut is noted now.
+  // A new cut of this sphere has begun, so the result of its previous cut is noted first.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -167,9 +170,9 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // In the field, a detached sphere includes the gaps beside it, up to the spheres that stay. Beside the remainder of
-    // a cut sphere, the space up to the next sphere is not only gap: it also contains tissue of the sphere itself and
-    // of its neighbours, which stays.
+    // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
+    // stay. If the sphere was cut before, the space around its remainder also contains tissue that stays. So the
+    // removed gaps are then smaller.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -208,7 +211,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// Restores the spheres of a stroke to their states before the stroke, or after it.
+/// Exchanges the present states of a stroke's spheres with the stored states, for undo and redo.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);
@@ -223,7 +226,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Must be called after undo or redo of a stroke of the field, which may be a brush stroke.
+/// Must be called after undo or redo of a stroke in the volume, because it may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();

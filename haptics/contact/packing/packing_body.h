@@ -1,5 +1,5 @@
-// The part of the contact model "packing" that runs on the carver thread: the spheres, their strokes, and the field
-// computed from them.
+// The part of the contact model "packing" that runs on the carver thread. It contains the spheres, the strokes for
+// undo, and the field that is computed from the spheres.
 #pragma once
 
 #include <span>
@@ -12,19 +12,18 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. Cuts change only the spheres; the field is updated on request, as follows. Each cut sphere stores
-/// the position of the tool's ball at its deepest overlap. Around the sphere, including the gaps beside it, the field
-/// is raised to the depth of that ball. A sphere adds a note about the ball's position whenever the ball has moved by
-/// 0.03 voxel. So the field depends only on the cuts, not on the times of the requests, and the error of the field is
-/// at most 0.03 voxel.
+/// Carver thread. A cut changes only the spheres; the field is updated on request. Each cut sphere stores the position
+/// of the tool's ball at its deepest overlap. In the field, the part of this ball that lies in the sphere and its gaps
+/// becomes air. To this end, the sphere adds a note with the ball's position whenever the ball has moved by 0.03 voxel.
+/// So the field depends only on the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
 class PackingBody final : public TissueBody {
  public:
-  /// `packing` must have been made from `tissue`; otherwise throws Error.
+  /// Throws Error if `packing` was not made from `tissue`.
   PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
               const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Is never called, because the model refuses filling instruments.
+  /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
   void begin_stroke() override;
@@ -45,18 +44,18 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;   // state before the stroke; after an undo: state after the stroke
+    CutSphere state;   // the sphere before the stroke; after an undo: the sphere after the stroke
     dvec3 last_noted;  // m, position of the tool's ball in the sphere's last note
   };
   struct Stroke {
     std::vector<Kept> kept;
-    bool in_field = false;  // the stroke also exists in the volume
+    bool in_field = false;  // true if the stroke also changed the volume
   };
-  /// A ball of the tool that removed a part of a sphere; the removal is not yet applied to the field.
+  /// A ball of the tool that removed a part of a sphere. The note waits until the field is updated.
   struct Note {
     int sphere;
-    dvec3 p_W;  // m
-    double r;   // m
+    dvec3 p_W;  // m, centre of the ball
+    double r;   // m, radius of the ball
   };
   void changed(int i, const CutSphere& before);
   void note(int i, const CutSphere& state);
@@ -73,26 +72,26 @@ class PackingBody final : public TissueBody {
   SphereTissue spheres_;
   Parameters parameters_;
   std::vector<Tool> tool_set_;
-  std::vector<Tissue> label_;  // label of the field at each sphere's initial centre
+  std::vector<Tissue> label_;  // for each sphere: label of the field at its initial centre
   std::vector<ToolSpheres> tools_;
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
-  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts this body repeats
+  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state
   std::uint64_t stroke_ = 0;
   std::vector<LooseSpheres::Changed> cut_now_;  // spheres changed by the present cut
-  std::vector<std::uint64_t> changed_in_;       // for each sphere: number of the cut that last changed it
+  std::vector<std::uint64_t> changed_in_;       // for each sphere: number of the last cut that changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres changed since remember_writes(true)
   std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the sphere's last note
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of the volume's brush strokes that the spheres already include
-  bool repainted_ = false;    // the tissue was painted since the last snapshot
+  std::uint64_t paints_ = 0;  // number of brush strokes in the volume that the spheres already include
+  bool repainted_ = false;    // true if the tissue was painted since the last snapshot
 };
 
 }  // namespace typodont::haptics::packing

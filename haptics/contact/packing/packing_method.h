@@ -1,4 +1,4 @@
-// "packing": tissue and tool as sphere packings (paper S2 in docs/papers.md).
+// The contact model "packing": tissue and tool are sphere packings (paper S2 in docs/papers.md).
 #pragma once
 
 #include <optional>
@@ -11,18 +11,18 @@ namespace typodont::haptics::packing {
 
 inline constexpr std::string_view kName = "packing";
 
-/// Reads {"spheres": 36000, "seed": 1, "file": "P.h5", "tool_spheres": 60, "speed_mm_per_s": 1, "density": {"enamel":
-/// 1.5, …}, "density_by_contact": false, "as_printed": false, "material": "MATERIAL.json", "tool_mesh": {"file":
-/// "HEAD.stl", "unit_mm": 1}}. Throws Error.
+/// Creates the method from its parameters in a scene file, for example {"spheres": 36000, "seed": 1, "file": "P.h5",
+/// "tool_spheres": 60, "speed_mm_per_s": 1, "density": {"enamel": 1.5, …}, "density_by_contact": false, "as_printed":
+/// false, "material": "MATERIAL.json", "tool_mesh": {"file": "HEAD.stl", "unit_mm": 1}}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
-/// The packing of a tissue, as this method makes or reads it, and the method's parameters. For another method,
-/// packed_by() returns nothing.
+/// The packing of a tissue that this method computes or reads, together with the method's parameters. packed_by()
+/// returns nothing for another method.
 struct Packed {
   SpherePacking packing;
   Parameters parameters;
 };
-/// The parameters of a method "packing"; null for another method.
+/// Returns the parameters of a method "packing"; null for another method.
 const Parameters* parameters_of(const SharedContactMethod& method);
 std::optional<Packed> packed_by(const SharedContactMethod& method, const TissueVolume& tissue);
 

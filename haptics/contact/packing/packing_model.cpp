@@ -13,25 +13,26 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;     // m, limit of the distance in which a clearance is searched
-constexpr double kJustFree = 1e-6;  // m, gap up to which a tissue sphere near a tool sphere is found
-constexpr double kNearby = 0.2e-3;  // m, a point gets the tissue of the nearest sphere within this distance
-constexpr int kTrials = 8;          // number of cost evaluations that determine the length of one step
-// lower limit of the used fraction of the budget; a step that uses at least this much is accepted
+constexpr double kLook = 10e-3;  // m, upper limit of the distance that clearance() examines
+// m; a tissue sphere counts as near a tool sphere if the gap between them is at most this
+constexpr double kJustFree = 1e-6;
+constexpr double kNearby = 0.2e-3;  // m; a point within this distance of a sphere gets the tissue of that sphere
+constexpr int kTrials = 8;          // upper limit of the cost evaluations that determine the length of one step
+// lower limit of the ratio of cost to budget; a step that uses at least this fraction of the budget is accepted
 constexpr double kWellSpent = 0.85;
-constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the tool
-constexpr int kPositionsCompared = 16;  // number of tool positions at which GPU and CPU are compared
-// rad, limit of the rotation in one cut: the chord then deviates from the arc by 5e-5 of the head's reach
+constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
+constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
+// rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a scene. Up to this force limit, a retreating tool has the offset model's limit of the force
-// change. In scenes with a larger force limit, the limit of the force change grows in proportion.
+// N, force limit of a dental scene. Up to this force limit, a retreating tool uses the same limit of the force's rate
+// of change as the model "offset". For a larger force limit, the rate of change grows in proportion.
 constexpr double kDentalForces = 20;
-// the first version of the force laws in which this limit grows
+// first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;
-// the first version of the force laws whose projection onto the contacts begins with the last tick's pushes
+// first version of the force laws in which the projection onto the contacts starts from the pushes of the last tick
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
 
-/// Options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the proxy's
+/// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
 ProxyOptions frictionless(std::uint32_t laws) {
   return {.stiffness = 0,
@@ -83,7 +84,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-/// Copies the spheres to the GPU. The first snapshot determines whether the GPU is used.
+/// Copies the spheres to the GPU. At the first snapshot, this function also decides whether the GPU is used.
 void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
@@ -101,9 +102,8 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The new snapshot lacks the cuts that the servo made since it was taken, so they are repeated in the snapshot. If
-  // the carver has undone a stroke or removed a loose piece, such a cut may now remove another volume than the first
-  // time.
+  // The new snapshot lacks the cuts that the servo made after it was taken, so these cuts are repeated in the snapshot.
+  // If the carver has undone a stroke or removed a loose piece, a repeated cut may remove another volume than before.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -118,8 +118,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // If there was no undo or redo, the new spheres are those of the servo minus the loose pieces, so the near lists
-  // stay valid.
+  // Without undo or redo, the new snapshot has the same spheres as the servo, except for removed loose pieces. The near
+  // lists then stay valid.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -156,7 +156,7 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the tool's path. Also detects that contacts hold the tool although the tool would be free at the hand's
+/// Stores the tool's path. Detects that contacts hold the tool although it would have no contact at the hand's
 /// position.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
@@ -180,15 +180,15 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Leads the tool back along its path without cutting, at a limited speed, to the point of the path that is nearest
-/// to the hand. (On the path, tissue has only been removed.) Returns true while the tool is being led.
+/// Leads the tool back along its path, at a limited speed and without cutting, to the path point nearest to the hand.
+/// The path stays free of tissue, because tissue is only removed. Returns true while the tool is led back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
   const double scale =
       settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
-  // m, limit of the motion per tick
+  // m, largest motion per tick
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
@@ -220,7 +220,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // While the tool is free, the servo moves it without calling this model. So the proxy takes over the servo's pose.
+  // The servo moves a free tool without calling this model, so the proxy must take the servo's pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -253,7 +253,8 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Takes the tissue from the contacts if the head overlaps nothing: only the shank touches, or the contact is a point.
+/// Determines the tissue from the contacts if the head overlaps no tissue: only the shank has contact, or the contact
+/// is a point.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -269,8 +270,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets μ_s and μ_d of eq. 13 for the tissue in contact in the last tick. A rotating bur has no friction here, because
-/// the servo computes the tangential force of its teeth.
+/// Sets μ_s and μ_d of eq. 13 according to the tissue in contact in the last tick. A rotating bur has no friction here,
+/// because the servo computes the tangential force of its teeth.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -282,7 +283,8 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// Lists the tissue's spheres that each sphere of the head can reach between the proxy's pose and another pose.
+/// For each sphere of the head: lists the tissue's spheres that it can touch on the motion from the proxy's pose to
+/// `to`.
 void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
@@ -293,8 +295,9 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Energy of a motion, J. By laws before kLawsOfRings it is an upper bound: tissue that several of the head's spheres
-/// cover was counted for each of them. `near_to`: end of the motion for which find_near() was called.
+/// Returns the energy that a motion costs, in J. For laws older than kLawsOfRings it is an upper bound: if several of
+/// the head's spheres cover the same tissue, this tissue counts once for each of them. `near_to`: end of the motion for
+/// which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -310,14 +313,14 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// The largest fraction of the motion, at most `most`, whose cost is within the budget. Its cost may be up to 15 %
-/// below the budget; the rest of the budget remains for the next tick. The first guess uses the cost per metre of the
-/// last step; then the secant method improves it from below.
+/// Returns the largest fraction of the motion, at most `most`, that the budget can pay for. The result may leave up to
+/// 15 % of the budget unused; the rest is used in the next tick. The first guess uses the cost per metre of the last
+/// step. The secant method then increases the fraction.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction of the motion for which find_near() was called
+  double listed = -1;  // fraction of the motion for which find_near() was last called
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -338,8 +341,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The cost grows faster after another sphere is reached, and the secant method then converges slowly. So every
-    // second step uses bisection.
+    // The cost rises faster once the tool touches another sphere, and the secant method then converges slowly. So every
+    // second step is a bisection.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -382,7 +385,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().note_cut(tree, i, before.center(), before.radius());
     });
   }
-  // If no sphere changed, only rounding held the proxy, and follow() will move the proxy in the next tick.
+  // If no sphere changed, only rounding errors stopped the proxy, and follow() will move it in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -1,5 +1,5 @@
-// The part of the contact model "packing" that runs on the servo thread. In each tick it computes the three passes of
-// paper S2 (docs/papers.md): first contact, material there, removal along the motion.
+// The part of the contact model "packing" that runs on the servo thread. Each tick runs the three passes of paper S2
+// (docs/papers.md): first contact, material at the contact, and removal along the motion.
 #pragma once
 
 #include <array>
@@ -17,20 +17,20 @@
 
 namespace typodont::haptics::packing {
 
-/// Servo thread. constrain() does passes 1 and 2: first contact, and the material there. cut() does pass 3: removal
-/// along the motion. For a packing of millions of spheres, the model tries a GPU at the first snapshot; the passes
-/// then run on the GPU if it is faster and gives the same bits. The cutting speed of eq. 4, v_d = v_b / ρ, follows
-/// from the energy that the servo has earned: removing the volume dV of tissue with the specific energy u costs u dV;
-/// a head with the contact area A moving at v_d costs A u v_d; and the motor delivers the power P at the teeth
-/// (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P by Preston's law). So
-/// v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut() finds the step whose removal costs the
-/// earned energy.
+/// Contact model for the servo thread. constrain() runs passes 1 and 2 (first contact, material at the contact); cut()
+/// runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares CPU and GPU at
+/// the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. Cutting speed of eq. 4, v_d = v_b
+/// / ρ: it follows from the energy that the servo has earned. To remove the volume dV of tissue with the specific
+/// energy u costs u dV. So a head with the contact area A that moves at v_d needs the power A u v_d. The motor delivers
+/// the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P
+/// by Preston's law). So v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut() finds the step
+/// whose removal costs exactly the earned energy.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink, and for a tool with parts
-  /// that never cut.
+  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with
+  /// parts that never cut.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Uses the given passes on a GPU, even if the GPU is slower than the CPU. For tests.
+  /// Uses the given GPU passes even if the GPU is slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -63,31 +63,30 @@ class PackingModel final : public ContactModel {
 
   const ServoSettings& settings_;
   Parameters parameters_;
-  PerTissue density_{};  // relative to dentin
+  PerTissue density_{};  // density of each tissue relative to dentin
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
-  std::vector<SphereProxy> proxies_;    // proxies, one per tool
-  std::unique_ptr<ComputePasses> gpu_;  // null: CPU only
-  bool gpu_must_win_ = false;           // use the GPU only if it is faster
+  std::vector<SphereProxy> proxies_;    // proxies, one for each tool
+  std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
+  bool gpu_must_win_ = false;           // true: the GPU is used only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;
   dvec3 held_{0};  // m, position of the proxy that was last returned to the servo
-  /// State for leading a tool back along its path when contacts hold the tool far from the hand, as in the model
-  /// "offset".
+  /// Leads a tool back along its path if contacts hold it far from the hand, as in the model "offset".
   struct Retreat {
     offset::RetreatPath path;  // earlier path of the tool, in units of kPathUnit
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
-    double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
+    double held_for = 0;       // s, time for which the proxy has stayed near held_at while the hand was far away
     bool leading = false;      // true while the proxy is led back along `path`
-    std::size_t to = 0;        // index of the point of `path` to which the proxy is led
-    bool wedged = false;       // the proxy is stuck: the hand is far from it, and no path back to the hand is known
+    std::size_t to = 0;        // index of the path point to which the proxy is led back
+    bool wedged = false;       // true if the proxy is stuck: the hand is far away, and no path back was found
   } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   TriedCut tried_;
-  std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
+  std::vector<int> near_;              // result of find_near(): the lists of all spheres of the head, in sequence
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
-  double price_ = 0;  // J, cost of the whole motion, estimated with the last step's cost per metre; 0: unknown
+  double price_ = 0;  // J, estimated cost of the whole motion, from the cost per metre of the last step; 0: unknown
   double last_path_length_ = 0;  // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;
 };

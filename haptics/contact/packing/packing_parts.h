@@ -1,5 +1,5 @@
-// Data types that both parts of the contact model "packing" use (servo thread and carver thread): parameters, the
-// snapshot, the cut.
+// Data types shared by the two parts of the contact model "packing" (servo thread and carver thread): parameters,
+// snapshot and cut.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,25 @@
 namespace typodont::haptics::packing {
 
 struct Parameters {
-  std::size_t spheres = 36000;  // number of spheres of the tissue
-  std::uint64_t seed = 1;       // seed of the packings of tissue and tools
-  std::filesystem::path file;   // file with a packing that is used instead; empty: none
-  // head of the first tool, made from a closed mesh; empty: the head is made from the tool table
+  std::size_t spheres = 36000;  // number of spheres in the tissue's packing
+  std::uint64_t seed = 1;       // random seed of the packings of tissue and tools
+  std::filesystem::path file;   // file with a packing to read; empty: a packing is computed
+  // Head of the first tool, made from a closed mesh; empty: the head's shape comes from the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// Fixed v_b of eq. 4, m/s, at density 1 and independent of the force, as in the paper; 0: v_b follows from the
-  /// motor's power, see PackingModel::cut().
+  /// m/s, fixed value of v_b in eq. 4, at density 1 and independent of the force, as in the paper. 0: v_b follows from
+  /// the motor's power (see class PackingModel).
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, at very low density
-  // with a fixed v_b: true uses ρ of eq. 3, which grows with the contact (reaming); false uses ρ̂
+  double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, for tissue of very low density
+  // Applies only to a fixed v_b. true: ρ of eq. 3, which grows with the contact area (reaming); false: the normalised
+  // ρ̂.
   bool by_contact = false;
-  double epsilon = 0.05e-3;        // m, enlargement of the tool for estimating the surface
-  PerTissue density = given();     // density relative to dentin; negative: the ratio of the specific energies is used
-  std::filesystem::path material;  // file of a fit to a measurement (eq. 14)
-  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the fit was made
-  std::vector<float> fitted;                   // fitted hardness of every sphere; empty: none
+  double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
+  // density of each tissue relative to dentin; a negative value is replaced by the ratio of the specific energies
+  PerTissue density = given();
+  std::filesystem::path material;              // file with the result of a material fit (eq. 14)
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue to which the fit belongs
+  std::vector<float> fitted;                   // fitted hardness of every sphere; empty: no fit
   Removal removal = Removal::kMended;
 
   static constexpr PerTissue given() {
@@ -42,11 +44,11 @@ struct Parameters {
   }
 };
 
-/// The first version of the force laws in which heads are rings of spheres. Where these spheres overlap, the energy for
-/// a cut is spent only once.
+/// First version of the force laws in which heads consist of overlapping spheres in rings. Tissue that several of these
+/// spheres cover costs energy only once.
 inline constexpr std::uint32_t kLawsOfRings = 7;
 
-/// A tool of the set as spheres.
+/// Returns the sphere model of one tool of the set.
 inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters,
                               std::uint32_t laws) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
@@ -54,7 +56,8 @@ inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, co
                       laws >= kLawsOfRings ? HeadSpheres::kRings : HeadSpheres::kPacked);
 }
 
-/// Density of every tissue relative to dentin: the scene's value, otherwise the ratio of the specific energies.
+/// Returns the density of each tissue relative to dentin: the value in the scene file, or else the ratio of the
+/// specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {
   PerTissue density = parameters.density;
   const double dentin = materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
@@ -64,7 +67,7 @@ inline PerTissue densities(const Parameters& parameters, const MaterialTable& ma
   return density;
 }
 
-/// A snapshot with all spheres in their present state, so it contains the whole tissue.
+/// A snapshot that contains all spheres of the tissue in their present state.
 struct PackingSnapshot final : Snapshot {
   SphereTissue spheres;
 };
@@ -76,10 +79,10 @@ struct CutBuffers {
   std::vector<CutSphere> before;
 };
 
-/// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver call this function, so
-/// both get the same bits. Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes
-/// the indices of the spheres that sphere t of the head can touch on its motion, in the tree's order, and returns
-/// their number.
+/// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver both call this function,
+/// so their tissues stay equal bit by bit. Calls keep(number, sphere before) for each sphere that changes. near(t,
+/// numbers) must write the indices of the tissue spheres that head sphere t can touch on its motion, in the tree's
+/// order, and return their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
@@ -92,7 +95,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// carve() with a search in the tissue's own tree.
+/// Same as the carve() with the parameter `near`, but searches the near spheres in the tissue's own tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

@@ -22,24 +22,25 @@ using packing::DepthField;
 
 // All lengths in this file are in voxels of the field, unless a comment says metres.
 
-constexpr int kEdge = 4;  // nodes along a block's edge
+constexpr int kEdge = 4;  // number of nodes along the edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// free radii are stored up to this multiple of the radius limit; larger ones are not distinguished
+// upper limit of the free radii that are stored, as a multiple of the radius limit
 constexpr float kFullDepths = 2;
-constexpr double kFirstSpacing = 1 / 3.0;  // ratio of the first grid's spacing to the radius limit
-// in grid spacings, threshold: a finer grid is made when the radius of the largest free sphere is at most this large
+constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
+// In grid spacings: if the largest free radius is not larger than this, a finer grid is made.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // ratio between the spacings of successive grids
-// in grid spacings, lower limit of the radius: a smaller sphere found at a node is skipped until the grid is finer
+constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
+// In grid spacings, smallest radius on this grid. A smaller sphere is skipped and may be found again on a finer grid.
 constexpr double kLeastRadius = 0.3;
-// lower limit of the ratio of a sphere's radius to the radius expected at its node; a smaller sphere is not placed
+// Lower limit of the ratio of a sphere's radius to the free radius stored at its node. A smaller sphere is not placed
+// yet.
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;  // spacings, limit of the distance of a centre from its node
-constexpr double kLastStep = 0.02;      // spacings, length of the last step of the search for a sphere's centre
-// voxels, lower limit of the spacing; if a finer grid would be needed, the packing is complete
+constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance of a sphere's centre from its node
+constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre
+// Voxels, smallest grid spacing. If a finer grid would be needed, the packing is complete.
 constexpr double kSmallestSpacing = 0.004;
 
-/// Directions distributed evenly over the ball (Fibonacci lattice).
+/// Returns unit vectors that are evenly distributed over the sphere (Fibonacci lattice).
 template <std::size_t kCount>
 std::array<dvec3, kCount> even_directions() {
   std::array<dvec3, kCount> d;
@@ -55,8 +56,8 @@ struct Placed {
   double r;
 };
 
-/// Limits the free radii of a block's nodes by a placed sphere. `to`: vector from the sphere's centre to the first
-/// node. Returns true if any radius decreased.
+/// Reduces the free radii of a block's nodes, because a sphere was placed. `to`: vector from the sphere's centre to the
+/// first node. Returns true if any free radius became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -70,14 +71,15 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// The key that determines the order of placement. Among spheres that reach the radius limit, the one in the tightest
-/// position comes first, so that spheres lie close together; smaller spheres follow, the largest first.
+/// Returns the priority of a node: nodes with larger keys get their sphere first. Nodes whose free radius reaches the
+/// radius limit come first; among them, the node with the least space around it, so that spheres lie close together.
+/// Then follow the smaller free radii, the largest first.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// The largest key of a block's nodes; 0 if none is above 0.
+/// Returns the largest key of a block's nodes, or 0 if no key is positive.
 TYPODONT_DISPATCH("avx2", "default")
 float largest_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -101,7 +103,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// Places the next sphere. Returns false if no space is left, even on the finest grid.
+  /// Places the next sphere. Returns false if there is no space left, even on the finest grid.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -120,22 +122,22 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // the free sphere at another node may be larger
+      // another node may now have a larger free sphere
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // If refinement moved a sphere away from its node, the sphere may not reduce the node's free radius; the node
-      // is then used up.
+      // Usually the placed sphere reduces the free radius of its node. If the search moved the sphere too far away from
+      // the node for that, the node is marked as used.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
     }
   }
 
-  /// Radius of the largest sphere that would still fit.
+  /// Returns the radius of the largest sphere that would still fit.
   double largest_hole() {
     double most = 0;
     for (int tries = 0; tries < 4096; ++tries) {
@@ -153,11 +155,11 @@ class Packer {
   }
 
  private:
-  /// A block of 4³ nodes of the grid. Each node stores the radius of the largest free sphere around it; 0 or less if
-  /// no sphere fits.
+  /// A block of 4³ nodes of the grid. Each node stores its free radius: the radius of the largest sphere around the
+  /// node that fits; 0 or less if none fits.
   struct Block {
     alignas(32) float free[kNodes];
-    glm::ivec3 at;  // index of the block
+    glm::ivec3 at;  // position of the block in the grid of blocks
     float key;
   };
   struct Entry {
@@ -207,7 +209,8 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// Calls use(i) for every sphere that reaches into the ball, for some spheres more than once.
+  /// Calls use(i) for every sphere that overlaps the ball with centre p and radius `reach`. A sphere may be reported
+  /// more than once.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
@@ -265,7 +268,7 @@ class Packer {
     block_at_.assign(cell_count, -1);
     for (std::size_t i = 0; i < placed_.size(); ++i) link(static_cast<int>(i));
 
-    // Makes every block that may contain tissue, initially without spheres.
+    // Creates all blocks that may contain tissue. Their free radii start at the largest possible value.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
     for (int x = 0; x < cells_.x; ++x) {
@@ -280,12 +283,13 @@ class Packer {
         }
       }
     }
-    // Reduces the free radii by the placed spheres. No further sphere can be much larger than the last one.
+    // Reduces the free radii near the spheres placed so far. Further spheres are hardly larger than the last one, which
+    // limits the affected blocks.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // Reduces the free radii by the tissue's depth, and drops blocks in which no sphere fits.
+    // Limits the free radii to the depth of the tissue, and removes blocks in which no sphere fits.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -314,7 +318,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // A node's free radius is at most the largest one that remains, so a sphere has no effect beyond this distance.
+    // Free radii are limited, so a placed sphere changes only nodes within the distance s.r + most.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -323,8 +327,8 @@ class Packer {
     });
   }
 
-  /// Moves from a node to the centre of the largest free sphere near it. The search uses evenly distributed
-  /// directions, and halves its step if no direction gives a larger sphere.
+  /// Returns the largest free sphere with its centre near `node`. The search tries evenly distributed directions, and
+  /// halves its step when no direction gives a larger sphere.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -337,7 +341,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Spheres farther away than the largest possible radius have no effect.
+    // Spheres farther away than the largest possible radius cannot limit the result.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -353,8 +357,8 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at a point, limited to the radius limit. If the radius is not above `enough`, the function may
-  /// return any value up to `enough`.
+  /// Returns the free radius at a point, at most the radius limit. If the true value is at most `enough`, the function
+  /// may return any value up to `enough`.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -364,8 +368,8 @@ class Packer {
     return std::min(free, field_.in(tissue, p));
   }
 
-  /// Shrinks a sphere until it no longer protrudes from its tissue; this corrects the error of the depth's linear
-  /// interpolation.
+  /// Shrinks a sphere until it lies completely inside its tissue. This corrects the error of the linear interpolation
+  /// of the depth.
   void shrink_into(Placed& s, Tissue& label) const {
     static const std::array<dvec3, 48> kAround = even_directions<48>();
     label = field_.tissue_at(s.p);
@@ -380,11 +384,12 @@ class Packer {
 
   const DepthField& field_;
   double limit_;
-  dvec3 shift_{0};  // offset of the grid, in spacings
+  dvec3 shift_{0};  // offset of the grid, in grid spacings; random
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  std::vector<int> block_at_, first_link_;  // for each cell (position of a block): its block, and its first link
+  // for each cell: the index of its block, and the index of its first link to a sphere
+  std::vector<int> block_at_, first_link_;
   struct Link {
     int sphere, next;
   };
@@ -392,8 +397,8 @@ class Packer {
   std::vector<Block> blocks_;
   std::priority_queue<Entry> queue_;
   std::vector<Placed> placed_;
-  std::vector<Placed> near_;      // spheres near the position being refined
-  std::vector<unsigned> stamps_;  // marks spheres that are already in near_
+  std::vector<Placed> near_;      // spheres near the position that is being examined
+  std::vector<unsigned> stamps_;  // for each sphere: marks whether it is already in near_
   unsigned stamp_ = 0;
 };
 
@@ -442,7 +447,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels, width of the layer of air around the tissue
+  constexpr int kAir = 2;  // voxels, width of the layer of air that is added around the tissue
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));

@@ -1,4 +1,5 @@
-// Geometry of two spheres: time of contact, depth and volume of overlap. Pure functions; any unit of length.
+// Geometry of two spheres: time of contact, penetration depth, and volume of overlap. Pure functions; any unit of
+// length.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +13,11 @@ namespace typodont::haptics::packing {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// S2, eq. 1: time at which a sphere that moves by `m` from time 0 to 1 first touches a sphere at rest; kNever if it
-/// does not touch. `D`: vector from the moving centre to the other centre. `R`: sum of the radii. If the spheres
-/// touch or overlap at the start, the result is 0 if they approach (m·D > 0) and otherwise kNever, so that
-/// overlapping spheres can always separate. The printed root subtracts two nearly equal numbers. This form avoids the
-/// subtraction by (m·D)² - m²(D² - R²) = m²R² - |m × D|².
+/// S2, eq. 1: returns the time at which a sphere that moves by `m` between time 0 and 1 first touches a sphere at rest;
+/// kNever if it does not touch. `D`: vector from the moving centre to the other centre. `R`: sum of the radii. If the
+/// spheres touch or overlap at the start, returns 0 if they approach (m·D > 0), and otherwise kNever, so that
+/// overlapping spheres can always separate. The root in the paper subtracts two nearly equal numbers, which loses
+/// precision. This form avoids it with (m·D)² - m²(D² - R²) = m²R² - |m × D|².
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
@@ -28,9 +29,9 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   return touches ? root : kNever;
 }
 
-/// S2, eq. 2: volume of the overlap of two spheres with centre distance `d`. The volume is 0 if they do not overlap,
-/// and the smaller sphere's volume if it lies inside the other sphere. The printed equation lacks the denominator and
-/// the square of the difference of radii.
+/// S2, eq. 2: returns the volume of the overlap of two spheres with centre distance `d`. The volume is 0 if they do not
+/// overlap, and the volume of the smaller sphere if it lies inside the larger one. In the printed equation, the
+/// denominator and the square of the difference of radii are missing.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);
@@ -39,7 +40,7 @@ inline double lens_volume(double r1, double r2, double d) noexcept {
   return kPi * in * in * (d * d + 2 * d * (r1 + r2) - 3 * off * off) / (12 * d);
 }
 
-/// The point of the segment from a to b that is nearest to p.
+/// Returns the point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double length2 = glm::dot(ab, ab);

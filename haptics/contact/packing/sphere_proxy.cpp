@@ -9,28 +9,32 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kSweeps = 24;  // limit of the number of sweeps per tick; the rest of the motion waits for the next tick
-// limit of the number of consecutive sweeps without progress; then the tick ends (in a cavity with many contacts)
+// upper limit of motions with a collision test per tick; the remaining motion follows in the next tick
+constexpr int kSweeps = 24;
+// Upper limit of consecutive sweeps without progress. In a cavity with many contacts, this ends the tick.
 constexpr int kStuck = 8;
-constexpr int kSlides = 6;          // limit of the number of contacts of the non-cutting parts that one cut may find
-constexpr int kRounds = 60;         // limit of the iterations of the projection
+constexpr int kSlides = 6;          // upper limit of contacts of the non-cutting parts that are searched in one cut
+constexpr int kRounds = 60;         // upper limit of the iterations of one projection
 constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
-constexpr double kArrived = 1e-10;  // m, remaining displacement below which the proxy has reached its goal
-// rad, limit of the rotation in one step: the chord then deviates from the arc by 5e-5 of the reach
+// m, tolerance: the proxy has reached its goal if the remaining displacement is smaller
+constexpr double kArrived = 1e-10;
+// rad, largest rotation in one step; the chord then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of near spheres
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin, for a fast tool
-constexpr double kAhead = 3;               // mean margin of a fast tool as a multiple of its motion
-constexpr double kLook = 2e-3;             // m, search distance if no sphere lies within the margin
-constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of distances, by which bounds are widened
-// m, limit: if a cut sphere protrudes from its earlier state by at most this, no list becomes invalid, but the
-// margins of all lists are reduced
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists (SphereProxy::NearList)
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the near lists, for a fast tool
+constexpr double kAhead = 3;               // mean margin for a fast tool, as a multiple of its motion per tick
+// m, search distance for the nearest sphere if no sphere lies within the margin
+constexpr double kLook = 2e-3;
+constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
+// m. A cut sphere may protrude from its earlier state. Up to this distance, the near lists stay valid but lose that
+// much of their margin; a larger protrusion invalidates the lists near the sphere.
 constexpr double kStickOut = 1e-6;
-// factor on a motion's length, so that contacts exactly at its end are included
+// Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // lower limit of the capacity of a list, entries
-constexpr std::size_t kAllListed = 16384;  // lower limit of the capacity of all lists together, entries
-constexpr int kNotAgain = 64;              // number of searches after which a list that was too long is tried again
+constexpr std::size_t kListed = 64;        // smallest capacity of one near list, in entries
+constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, in entries
+// after a near list was too long, it is made again only after this number of searches
+constexpr int kNotAgain = 64;
 
 }  // namespace
 
@@ -64,7 +68,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
-  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the angle
+  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the rotation angle
   return {goal, glm::distance(X_W_.p, goal.p) + kRounding, 2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
 }
 
@@ -99,12 +103,12 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
   }
 }
 
-/// Lists the tissue's spheres near one of the tool's spheres.
+/// Makes the near list of one of the tool's spheres: the tissue's spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // The margins differ between lists, so that the lists of a tool that moves straight on are not all computed anew in
-  // the same tick.
+  // Each list has a different margin. Otherwise all lists of a tool that moves steadily would become invalid in the
+  // same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
@@ -126,7 +130,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   auto last = to;
   const std::span<Near> ranked = std::span(ranked_).subspan(i * room_, room_);
   if (count <= room_) std::copy(from, to, ranked.begin());
-  if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
+  if (count > room_) {  // keeps only the nearest spheres; the nearest omitted sphere limits the margin of the list
     last = from + static_cast<std::ptrdiff_t>(room_);
     std::nth_element(from, last, to, nearer);
     margin = last->gap;
@@ -141,8 +145,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   list.free = std::min(list.margin, near[0].gap);
 }
 
-/// The first listed sphere that a sphere of the tool touches before `until`. `certain`: true if no unlisted sphere
-/// can be touched earlier.
+/// Returns the first sphere of the near list that tool sphere `i` touches before time `until`. `certain`: true if the
+/// tool sphere cannot touch a sphere outside the list earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -165,9 +169,9 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// The first contact of the tool's spheres from `begin` to `end` before `until`. Of simultaneous contacts, the one
-/// with the lowest index. The lists are searched first: after a known contact, the remaining motion is usually so
-/// short that the tree need not be searched.
+/// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
+/// contacts, the one with the lowest index. The near lists are searched first. They usually contain a contact, and the
+/// motion up to it is so short that the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -188,7 +192,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
   return first;
 }
 
-/// The first contact of the tool on its motion to `goal`.
+/// Returns the first contact of the tool on its motion to `goal`.
 FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
   FirstContact first;
   const Motion motion = motion_to(goal);
@@ -218,8 +222,8 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// The listed spheres whose gap was at most `gap` and that lie nearer than `reach` to the segment from a to b, in the
-/// tree's order.
+/// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
+/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<int> found) const noexcept {
   std::size_t count = 0;
@@ -240,13 +244,13 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// Fraction 0 to 1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap before the
-/// first contact.
+/// Returns the fraction 0..1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap
+/// before the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, approach per unit of the motion's parameter
+  // m, speed of approach at the contact, per unit of the motion's parameter
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -266,9 +270,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Repeats the search with this contact as a constraint. (follow() does not find this contact while a contact of
-    // the head stops the proxy first.) If a motion along a known contact still approaches it, the rotation has curved
-    // the path; then the constraint's gap is reduced by this approach.
+    // Adds this contact as a constraint and repeats the search. (follow() does not find this contact while a contact of
+    // the head stops the proxy earlier.) If the motion approaches a contact that is already known, the rotation has
+    // curved the path. The gap of the constraint is then reduced by the approach.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -279,15 +283,15 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// The motion nearest to the wanted one that satisfies the constraints of the tool's spheres from `first_sphere` on:
-/// min |δ - move|² + |lever (φ - turn)|².
+/// Projects the wanted motion onto the constraints of the tool's spheres from `first_sphere` on. The result minimises
+/// |δ - move|² + |lever (φ - turn)|², with the translation δ and the rotation φ.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad, rotation caused by a push of 1 m
-    double yields;  // change of the gap caused by a push of 1 m
+    dvec3 turned;   // rad, rotation that a push of 1 m causes
+    double yields;  // change of the gap that a push of 1 m causes
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -320,7 +324,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Index of this contact in contacts_; count_ if the contact is not listed.
+/// Returns the index of this contact in contacts_, or count_ if it is not there.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -329,7 +333,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // replaces the constraint with the smallest push
+  if (at == kMostContacts) {  // the list is full: replaces the constraint with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -352,7 +356,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // Keeps the contacts of the last tick that still touch.
+  // Keeps those contacts of the last tick that still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -374,7 +378,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): the normal displacement of the proxy limits how far it slides.
+    // Coulomb friction (eq. 10–13): the distance by which the contacts hold the proxy back along the normal limits how
+    // far it slides.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -389,7 +394,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Makes one part of the motion, with a collision test.
+    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation.
     const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
@@ -414,7 +419,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // Finds the contacts that hold the proxy at its new position.
+  // Determines the push of each contact at the proxy's new position.
   dvec3 by, turned;
   project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
   pushed_ = 0, n_W_ = dvec3(0);

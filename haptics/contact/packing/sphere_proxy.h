@@ -1,5 +1,5 @@
-// The tool's proxy among spheres: it follows the hand as far as the spheres allow. Paper S2, pass 1 and sec. III B,
-// C.
+// The tool's proxy among the tissue's spheres. It follows the hand as far as the spheres allow (paper S2, pass 1 and
+// sec. III B, C).
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@ namespace typodont::haptics::packing {
 class ComputePasses;
 
 struct ProxyOptions {
-  double stiffness = 1000;         // N/m, k of eq. 7
-  double damping = 0;              // N s/m, ζ of eq. 7
-  double static_friction = 0.2;    // μ_s of eq. 13
-  double dynamic_friction = 0.15;  // μ_d, at most μ_s
-  // The projection onto the constraints begins with the last multipliers, which needs fewer iterations; false: with
-  // zero, as in the force laws before version 7.
+  double stiffness = 1000;         // N/m, stiffness k of eq. 7
+  double damping = 0;              // N·s/m, damping ζ of eq. 7
+  double static_friction = 0.2;    // friction coefficient μ_s of eq. 13
+  double dynamic_friction = 0.15;  // friction coefficient μ_d of eq. 13, at most μ_s
+  // true: the projection starts with the multipliers of the last tick, so it needs fewer iterations; false: it starts
+  // with zero, as in the force laws before version 7.
   bool starts_from_last = true;
 };
 
@@ -32,44 +32,44 @@ struct ProxyContact {
   double push = 0;  // m, distance by which the constraint holds the proxy back along n_W
 };
 
-/// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons.
-/// The proxy moves only along swept, collision-free paths, so it cannot pass through a sphere at any speed. If a
-/// contact stops it, the contact's plane becomes a constraint, and the proxy continues to the position nearest to the
-/// hand that satisfies all constraints (a projection in translation and rotation, by Gauss–Seidel on the constraints'
-/// multipliers).
+/// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons. The proxy moves only along paths
+/// that were tested for collisions, so it cannot pass through a sphere at any speed. If a contact stops the proxy, the
+/// plane of this contact becomes a constraint. The proxy then continues to the position nearest to the hand that
+/// satisfies all constraints. This is a projection in translation and rotation, solved by Gauss–Seidel iterations on
+/// the multipliers of the constraints.
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the proxy's pose without collision test. Spheres that overlap the tool let it move out but not deeper.
+  /// Sets the pose of the proxy without a collision test. If spheres overlap the tool, it can move out of them but not
+  /// deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy without collision test, after a cut has removed the tissue on the motion.
+  /// Moves the proxy without a collision test, after a cut has removed the tissue on this motion.
   void move_to(const Pose& X_W) noexcept;
-  /// Sets μ_s and μ_d of eq. 13, which depend on the tissue in contact.
+  /// Sets the friction coefficients μ_s and μ_d of eq. 13, which depend on the tissue in contact.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Invalidates the near lists, because spheres may have grown or returned.
+  /// Invalidates all near lists, because spheres may have become larger or may exist again.
   void forget_near() noexcept;
-  /// Must be called when a cut changed a sphere. A cut sphere lies within the sphere before that cut, but it may
-  /// protrude from its state after an earlier tick of the same cut.
+  /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But the
+  /// sphere may protrude from its previous state, because a cut that takes several ticks moves it.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
-  /// For a cut: changes `move` and `turn` (m, rad) to the nearest motion on which the non-cutting parts do not
-  /// penetrate the tissue; they may slide along it. Lists these contacts. Returns the fraction 0 to 1 of that motion
-  /// that is possible before a new contact. If the motion is longer than `longest_path` (m), contacts are not searched,
-  /// and the fraction is 1.
+  /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to
+  /// the nearest motion on which these parts do not penetrate the tissue; they may slide along it. Stores their
+  /// contacts. Returns the fraction 0..1 of the changed motion that is possible before a new contact. Contacts are
+  /// searched only on the first `longest_path` metres of the motion; if there are none, the fraction is 1.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// One tick: moves the proxy as near to the hand as the spheres allow. `gpu` searches the first contact, if it is
-  /// given and ready.
+  /// Moves the proxy in one tick as near to the hand as the spheres allow. If `gpu` is given and ready, the GPU
+  /// searches the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Result of SphereTree::near_segment() for the motion of one of the tool's spheres, from the proxy's pose to
-  /// another pose.
+  /// Same result as SphereTree::near_segment() for the motion of one tool sphere from the proxy's pose to `to`.
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<int> found) const noexcept;
 
-  /// Result of SphereTree::near_segment() for one of the tool's spheres at the proxy's pose, enlarged by `epsilon` (m).
+  /// Same result as SphereTree::near_segment() for one tool sphere at the proxy's pose, enlarged by `epsilon` (m).
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<int> found) const noexcept;
 
@@ -78,51 +78,50 @@ class SphereProxy {
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }
   bool sticks() const { return sticks_; }
-  /// Unit vector, the sum of the contacts' normals weighted by their push; zero without contact.
+  /// Returns the unit vector of the sum of all contact normals, each weighted by its push; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Eq. 7: force on the hand, N; v_WH in m/s.
+  /// Eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Torque of this force about the tool's centre of mass, N m (eq. 8).
+  /// Eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre of mass.
   dvec3 torque(const dvec3& force) const noexcept;
-  /// Point at which the force acts: the mean of the contacts' positions, weighted by their push; m.
+  /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
-  /// The rotation from one orientation to the other as a rotation vector, rad.
+  /// Returns the rotation between two orientations as a rotation vector, rad.
   static dvec3 rotation_angle(const dquat& from, const dquat& to) noexcept;
   static dquat turned_by(const dvec3& turn) noexcept;
 
   static constexpr std::size_t kMostContacts = 12;
-  static constexpr double kGap = 1e-7;  // m, gap left between proxy and sphere
+  static constexpr double kGap = 1e-7;  // m, gap that the proxy keeps from a sphere
 
  private:
-  /// Motion from the proxy's pose to another pose.
+  /// A motion of the tool from the proxy's pose to another pose.
   struct Motion {
     Pose to;
-    double shift = 0, turn = 0;  // m, displacement of the frame's origin; rotation as a chord of the unit circle
-    /// Upper bound in m of the displacement of a tool sphere at this distance from the frame's origin.
+    // shift: displacement of the frame's origin, m; turn: rotation as a chord of the unit circle
+    double shift = 0, turn = 0;
+    /// Returns an upper bound in m of the displacement of a tool sphere at the distance `arm` from the frame's origin.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// The tissue's spheres near one of the tool's spheres, nearest first. The list is valid until the tool's sphere
-  /// has moved by the list's margin (a Verlet list, Verlet 1967). So in a cavity the tree is searched only once in
-  /// many ticks.
+  /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, nearest first. The list is valid until the
+  /// tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    double margin = 0;  // m: when the list was made, all spheres outside the list were at least this far away
-    double moved = 0;   // m, upper bound of the displacement of the tool's sphere since the list was made
-    double free = 0;    // m, distance of the nearest sphere; negative if it overlaps
+    double margin = 0;  // m; all spheres outside the list were at least this far away when the list was made
+    double moved = 0;   // m, upper bound of the displacement of the tool sphere since the list was made
+    double free = 0;    // m, distance to the nearest sphere when the list was made; negative if it overlaps
     std::size_t count = 0;
-    int refused = 0;  // number of searches that remain until the list is tried again, because it was too long
+    int refused = 0;  // number of searches until the list is made again; used after the list was too long
   };
   struct Near {
-    double gap;  // m
+    double gap;  // m, gap between this sphere and the tool sphere when the list was made
     int sphere;
   };
   struct Constraint {
-    // n: change of the gap per metre of translation along each axis. turn: m, change of the gap per radian of
-    // rotation
+    // n: change of the gap per metre of translation along each axis; turn: change of the gap per radian of rotation, m
     dvec3 n{0}, turn{0};
-    double gap = 0;  // m
+    double gap = 0;  // m, present gap of the contact
     double multiplier = 0;
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
@@ -133,7 +132,7 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  /// `way`: m, upper bound of the motion for which the list is made.
+  /// Makes the near list. `way`: upper bound of the motion for which it must be valid, m.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
                           double reach, std::span<int> found) const noexcept;
@@ -143,21 +142,22 @@ class SphereProxy {
 
   ToolSpheres tool_;
   ProxyOptions options_;
-  double lever_;  // m, lever that converts rotations to lengths
+  double lever_;  // m, lever arm that converts rotations to lengths
   Pose X_W_, X_WH_;
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;                  // m, distance of each of the tool's spheres from the frame's origin
-  std::vector<NearList> lists_;              // lists, one for each of the tool's spheres
-  std::size_t room_;                         // number of entries that each list can hold
-  std::vector<Near> near_;                   // entries of all lists, one list after the other
-  std::vector<Near> ranked_;                 // the same entries, each list in the tree's order
-  std::vector<int> found_;                   // result of one search
-  std::vector<Near> found_gaps_;             // distances of the found spheres
-  std::vector<SweptBall> swept_;             // balls of one search on the GPU
-  std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of the tool's sphere
-  double pushed_ = 0;                        // m, sum of the pushes
+  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
+  std::vector<NearList> lists_;  // near lists, one for each tool sphere
+  std::size_t room_;             // number of entries for which each list has memory
+  // entries of all near lists, one list after the other, nearest spheres first
+  std::vector<Near> near_;
+  std::vector<Near> ranked_;                 // the same entries as in near_, but each list in the tree's order
+  std::vector<int> found_;                   // indices of the spheres that one search found
+  std::vector<Near> found_gaps_;             // gaps of the spheres in found_
+  std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
+  std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
+  double pushed_ = 0;                        // m, sum of the pushes of all contacts
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

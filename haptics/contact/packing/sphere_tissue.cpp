@@ -8,12 +8,12 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// cosine, lower limit: a cut is the continuation of the last cut if it comes from within 60° of the last direction
+/// Limit of a cosine. A cut continues the previous cut of the sphere if its direction differs by less than 60°.
 constexpr double kSameSide = 0.5;
-/// lower limit of a sphere's radius, as a fraction of the base's radius; a smaller sphere is removed, because a
-/// contact with it would be imperceptible
+/// Smallest radius of a sphere, as a fraction of its base's radius. A smaller sphere is removed, because a contact with
+/// it could not be felt.
 constexpr double kLeast = 1e-3;
-constexpr double kTouching = 1e-13;  // m, overlap that rounding causes between touching spheres
+constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
 
 double ball_volume(double r) {
   return 4.0 / 3.0 * kPi * r * r * r;
@@ -41,7 +41,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume that a sphere represents, m³, including its part of the gaps around it.
+/// Returns the volume in m³ that a sphere represents, including its part of the gaps.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (!(s.radius() > kLeast * s.base_radius)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -58,8 +58,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Cuts `s` with a ball of radius `r` that moves from a to b. Returns false if the ball does not overlap `s` more
-/// deeply than before.
+/// Cuts the sphere `s` with a ball of radius `r` that moves from a to b. Returns false if the ball does not overlap `s`
+/// more deeply than before; the sphere then stays unchanged.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -70,7 +70,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut: the present sphere becomes its base.
+    // A new cut starts: the present sphere becomes its base, from which the ball removes tissue.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -164,8 +164,8 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own no voxel, so it keeps at least its own volume. Afterwards, the volumes are
-  // scaled to the volume of each tissue.
+  // No voxel may be assigned to a sphere that is smaller than a voxel, so each sphere represents at least its own
+  // volume. Then all volumes are scaled such that their sum is the volume of the tissue.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -1,4 +1,4 @@
-// The tissue of the packing method: spheres that cuts shrink, move and remove.
+// The tissue of the contact model "packing": spheres. A cut makes spheres smaller, moves them, or removes them.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@
 
 namespace typodont::haptics::packing {
 
-/// Tissue removed by a cut.
+/// The tissue that a cut removes.
 struct Removed {
-  PerTissue volume{};  // m³
-  // m³, removed volume times hardness; multiplied by the specific energy, it gives the cutting energy
+  PerTissue volume{};  // m³, removed volume of each tissue
+  // m³, removed volume times hardness; the product with the specific energy is the cutting energy
   PerTissue hardened{};
 
   Removed& operator+=(const Removed& other) noexcept {
@@ -24,47 +24,48 @@ struct Removed {
   }
 };
 
-/// One thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
+/// Used by one thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  /// `cell`: for each sphere the volume of tissue that it represents, m³, see cell_volumes(). Empty: each sphere
-  /// represents its own volume times a factor per tissue, so that the spheres of a tissue represent its whole volume.
+  /// `cell`: for each sphere the volume of tissue that it represents, m³ (see cell_volumes()). If `cell` is empty, each
+  /// sphere represents its own volume times a factor; for each tissue this factor makes the sum equal to the tissue's
+  /// volume.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return spheres_.size(); }
   const SphereTree& tree() const { return tree_; }
   Tissue tissue(int i) const noexcept { return tissue_[static_cast<std::size_t>(i)]; }
   const CutSphere& sphere(int i) const noexcept { return spheres_[static_cast<std::size_t>(i)]; }
-  /// Hardness of a sphere as a fraction of its tissue's own hardness (hardness.h); above 1 if a density was fitted to
-  /// a measurement (eq. 14).
+  /// Returns the hardness of a sphere as a fraction of its tissue's own hardness (hardness.h). It can exceed 1 if a
+  /// density was fitted to a measurement (eq. 14).
   double hardness(int i) const noexcept { return hardness_[static_cast<std::size_t>(i)]; }
-  /// True if any sphere's hardness differs from 1.
+  /// Returns true if the hardness of any sphere differs from 1.
   bool graded() const { return graded_; }
-  /// Sets tissue and hardness of a sphere; at set-up, or after the tissue was painted.
+  /// Sets tissue and hardness of a sphere, at set-up or after the tissue was painted.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// Volume that a sphere represents, m³: its own volume and its part of the gaps around it.
+  /// Returns the volume that a sphere represents, m³: its own volume and its part of the gaps around it.
   double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// Volume that a sphere of this tissue represented in an earlier state, m³.
+  /// Returns the volume that a sphere with the state `s` represents, m³.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
-  /// Remaining volumes, m³.
+  /// Returns the remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of
-  /// the changed spheres to the front of `changed`, writes their previous states to the front of `before` (which may
-  /// be empty), and adds the removed volume to `removed`. Returns the number of changed spheres. `changed` must be
-  /// long enough for all spheres that the ball can touch; spheres that do not fit are not changed.
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the
+  /// changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed volume
+  /// to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the ball can
+  /// touch; the others are not cut.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// Same as cut(), with known neighbours: the first `found` entries of `changed` are the spheres that the ball can
-  /// touch.
+  /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the
+  /// ball can touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Cost of a cut by one ball: sum over `near` of the volume that cut() would remove, m³, times hardness times the
-  /// tissue's `weight`. For several balls that overlap, see TriedCut.
+  /// Returns the cost of a cut by one ball: the sum over all spheres in `near` of removed volume (m³) × hardness ×
+  /// `weight` of the tissue. For several balls that overlap, see class TriedCut.
   double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
-  /// Restores a sphere to an earlier state.
+  /// Sets a sphere back to an earlier state.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
@@ -72,7 +73,7 @@ class SphereTissue {
   Removal removal() const { return removal_; }
   std::span<const CutSphere> spheres() const { return spheres_; }
 
-  /// Memory of the spheres and the tree, bytes.
+  /// Returns the memory used by the spheres and the tree, bytes.
   std::size_t bytes() const {
     return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes();
   }
@@ -90,26 +91,26 @@ class SphereTissue {
   SphereTree tree_;
 };
 
-/// The cost of a cut by several balls, one after the other, without a change of the tissue: each ball pays only for
-/// what the balls before it left, as in carve(). Never allocates after the construction. Servo thread.
+/// Computes the cost of a cut by several balls, one after the other, without changing the tissue. Each ball pays only
+/// for the tissue that the previous balls left, as in carve(). Allocates memory only in the constructor. Servo thread.
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres) : state_(spheres), tried_in_(spheres, 0) {}
-  /// Begins a new cut.
+  /// Starts a new cut.
   void begin() noexcept { ++number_; }
-  /// Cost of the next ball, as SphereTissue::cost().
+  /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
  private:
-  std::vector<CutSphere> state_;         // states of the spheres that the present cut has changed
-  std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the cut for which state_ holds
+  std::vector<CutSphere> state_;         // for each sphere: its state after the present cut, if the cut changed it
+  std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the last cut that changed state_
   std::uint64_t number_ = 0;
 };
 
-/// Volume of tissue that belongs to each sphere, m³. Each voxel's tissue counts for the nearest sphere, so a cell
-/// contains the sphere and the gaps around it. The cells of a tissue's spheres together have the tissue's volume
-/// (packing.solid_volume).
+/// Returns for each sphere the volume of tissue that belongs to it, m³. The tissue of each voxel counts for the nearest
+/// sphere, so the volume includes the gaps around the sphere. The volumes of a tissue's spheres are scaled such that
+/// their sum is the volume of the tissue (packing.solid_volume).
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

@@ -15,12 +15,12 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// bound of the rounding error as a fraction of the packing's extent: about a dozen roundings in single precision
+// Upper bound of the rounding error, as a fraction of the packing's extent. It covers about twelve roundings in single
+// precision.
 constexpr double kRounding = 2e-6;
-constexpr std::size_t kDeepest = 10;  // limit of the number of levels: 8^10 leaves
+constexpr std::size_t kDeepest = 10;  // upper limit of the number of levels; the tree then has 8^10 leaves
 
-/// Computes contact_time() for eight spheres. Each lane evaluates the same expression, so all processors give the
-/// same bits.
+/// Computes contact_time() for eight spheres. All processors evaluate the same operations, so they give the same bits.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kWide; ++i) {
@@ -29,7 +29,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
-/// Squared distances from a point to the children's boxes; infinite for an empty box.
+/// Computes the squared distance from a point to each child's box; infinite for an empty box.
 TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -40,15 +40,15 @@ TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Mask of the children within this distance of a point.
+/// Returns a bit mask of the children whose boxes are within the given distance of a point.
 TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a sphere: tissue farther away than `reach` cannot be touched. A box
-/// around a large sphere would exclude much less.
+/// A ball around the whole path of a moving sphere; children outside it need no further test. For a large sphere, this
+/// test excludes more children than the box test.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -57,7 +57,8 @@ struct Around {
   }
 };
 
-/// Mask of the children that a moving box may touch before `until`; `enter`: earliest time for each child.
+/// A moving sphere in the form that children_hit() needs. children_hit() returns a bit mask of the children that the
+/// sphere may touch before time `until`. `enter`: earliest possible time for each child.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -118,8 +119,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Orders id_of_[from .. to) so that each run of `chunk` spheres is spatially compact, and likewise each eighth of a
-/// run.
+/// Sorts id_of_[from .. to) such that the spheres of each run of `chunk` elements are close together in space; then
+/// sorts each eighth of a run in the same manner.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -150,7 +151,7 @@ void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
   mend(s / kWide);
 }
 
-/// Updates the boxes above a leaf, up to the first box that does not change.
+/// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
 void SphereTree::mend(std::size_t leaf) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   const Leaf& l = leaves_[leaf];
@@ -212,12 +213,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // A slower motion counts as rest: its whole displacement is far smaller than the slack.
+    // A displacement along an axis smaller than this counts as zero, because it is far smaller than the slack.
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // Upper bound of single-precision errors of positions and of the time of contact.
+  // The additional reach is an upper bound of the single-precision errors of positions and contact times.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -247,7 +248,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // The nearest child is pushed last, so that it is on top of the stack.
+    // The nearest child is pushed last, so that it is visited first.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -270,7 +271,7 @@ bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) co
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<int> found) const noexcept {
   ++t_search_counts.spheres;
-  // The reach includes the rounding of positions in single precision.
+  // Upper bound of the rounding errors of single-precision positions.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
@@ -301,8 +302,8 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-/// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`; the visit may
-/// reduce `most`.
+/// Calls visit(slot, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The visit
+/// may reduce `most` to shorten the search.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -331,7 +332,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // The nearest child is pushed last, so that it is on top of the stack.
+    // The nearest child is pushed last, so that it is visited first.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

@@ -1,4 +1,4 @@
-// A bounding volume hierarchy over spheres that shrink, move and disappear while it is in use.
+// A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after it was built.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace typodont::haptics::packing {
 
-/// Eight spheres per leaf and eight children per node are tested in parallel. Metres, any frame. Built at set-up; all
-/// other functions are noexcept and never allocate. One thread at a time.
+/// A tree with eight spheres per leaf and eight children per node, which are tested in parallel. Metres, any frame.
+/// Built at set-up; all other functions are noexcept and never allocate. Used by one thread at a time.
 class SphereTree {
  public:
   struct Hit {
-    double t = kNever;  // fraction 0..1 of the motion; kNever: no contact
+    double t = kNever;  // fraction 0..1 of the motion at the contact; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
@@ -29,31 +29,31 @@ class SphereTree {
     const Leaf& leaf = leaves_[s / kWide];
     return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
   }
-  /// The radius of sphere i; 0 if the sphere has disappeared.
+  /// Returns the radius of sphere i, or 0 if the sphere has disappeared.
   double radius(int i) const noexcept {
     const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
     return leaves_[s / kWide].r[s % kWide];
   }
 
-  /// Sets a sphere's position and radius; radius 0: the sphere disappears. Updates the boxes above the sphere as far
-  /// as they change.
+  /// Sets the position and radius of a sphere; with radius 0 the sphere disappears. Updates the boxes of the nodes
+  /// above it.
   void set(int i, const dvec3& center, double radius) noexcept;
 
-  /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Of simultaneous contacts, the
-  /// sphere with the lowest index. Gives the same bits as brute_force().
+  /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
+  /// contacts, the sphere with the lowest index. The result has the same bits as that of brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// Same as first_hit(), but only among the given spheres (at most kWide); gives the same bits.
+  /// Same as first_hit(), but tests only the given spheres (at most kWide). The result has the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Indices of the spheres nearer than `reach` to the segment from a to b, in an order that depends only on the
-  /// tree. Returns their number. If there are more than `found` can hold, the remaining ones are counted but not
-  /// stored.
+  /// Writes to `found` the indices of the spheres that are nearer than `reach` to the segment from a to b. Their order
+  /// depends only on the tree. Returns their number; spheres for which `found` has no space are counted but not
+  /// written.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
-  /// True if near_segment() would list sphere i.
+  /// Returns true if near_segment() would find sphere i.
   bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
-  /// Order of sphere i in the lists of near_segment(), which are sorted by ascending rank.
+  /// Returns the rank of sphere i; near_segment() sorts its result by rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
     const auto slot = static_cast<std::uint32_t>(slot_of_[static_cast<std::size_t>(i)]);
@@ -61,11 +61,12 @@ class SphereTree {
     return (last - slot / kLanes) * kLanes + slot % kLanes;
   }
 
-  /// Distance that a point may move before it can be in a sphere, m: at most `most`, negative inside a sphere.
+  /// Returns the distance that a point may move before it can be inside a sphere, m: at most `most`; negative if the
+  /// point is inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
 
-  /// The sphere whose surface is nearest to a point; -1 if all have disappeared. Of equally near spheres, the first
-  /// in the tree's order.
+  /// Returns the sphere whose surface is nearest to a point, or -1 if all spheres have disappeared. Among equally near
+  /// spheres, the first in the tree's order.
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {
@@ -74,11 +75,11 @@ class SphereTree {
 
   static constexpr std::size_t kWide = 8;
 
-  // Is public only for the kernels in the .cpp file.
+  // Public only because the kernels in the .cpp file need it.
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
-  /// Boxes of the children, relative to origin_, rounded outward; lo > hi: empty.
+  /// Boxes of the eight children, relative to origin_ and rounded outward. A box with lo > hi is empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
   };
@@ -90,11 +91,11 @@ class SphereTree {
   void mend(std::size_t leaf) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;          // m, enlargement of the boxes; covers all rounding of single precision
-  std::vector<int> id_of_;    // for each slot: its sphere, -1 if none; slot = leaf · 8 + lane
-  std::vector<int> slot_of_;  // for each sphere: its slot
+  double slack_ = 0;          // m, margin of the boxes; larger than all rounding errors of single precision
+  std::vector<int> id_of_;    // for each slot: index of its sphere, or -1; slot = leaf · 8 + lane
+  std::vector<int> slot_of_;  // for each sphere: index of its slot
   std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;         // level by level: the level above the leaves first, the root last
+  std::vector<Node> nodes_;         // all nodes, level by level: the level above the leaves first, the root last
   std::vector<std::size_t> level_;  // for each level: its first index in nodes_
 };
 

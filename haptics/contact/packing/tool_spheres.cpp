@@ -12,16 +12,17 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSamples = 48;  // number of samples of the field along the longest side of the tool
-// Ratio of the distance between two spheres of a chain to their radius: the notch between two spheres is then 2 % of
-// the radius deep.
+constexpr double kSamples = 48;  // number of field samples along the longest side of the tool
+// Distance between two neighbouring spheres of a chain, as a ratio to their radius. The notch between them is then 2 %
+// of the radius deep.
 constexpr double kChainStep = 0.4;
-// Rings of inscribed spheres: number of nodes across the head's radius; distance of two neighbours in a ring as a
-// fraction of their radius; volume that another ring must cover, as a fraction of the head's volume.
+// Parameters for rings of spheres: number of nodes across the head's radius; distance between two neighbouring spheres
+// of a ring, as a ratio to their radius; smallest volume that an additional ring must cover, as a ratio to the head's
+// volume.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
 
-/// Adds inscribed spheres along the axis of a part that never cuts.
+/// Adds a chain of inscribed spheres on the axis of a part that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -43,7 +44,7 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   field.band = glm::length(extent);
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // any tissue is possible here, because a tool has only one material
+  field.tissue.assign(count, Tissue::kEnamel);  // the label may be any tissue, because a tool consists of one material
   for (int x = 0; x < field.size.x; ++x) {
     for (int y = 0; y < field.size.y; ++y) {
       for (int z = 0; z < field.size.z; ++z) {
@@ -54,15 +55,15 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // large spheres are allowed, because nothing cuts a tool
+  options.max_radius = field.band;  // spheres may be as large as the field allows, because a tool is never cut
   const SpherePacking packing = pack_spheres(field, options);
 
   return {packing.center, packing.radius};
 }
 
-/// A head of revolution as overlapping inscribed spheres, in rings around its axis. Each ring is the one that, per
-/// sphere, covers the largest part of the head that no earlier ring covers. So the sides and the end of the head
-/// become smoother than those of a packing, whose spheres do not overlap.
+/// Models a rotationally symmetric head by overlapping inscribed spheres, in rings around its axis. Rings are added one
+/// by one. The next ring is always the one that covers the largest part of the remaining head per sphere. The surface
+/// is smoother than that of a packing, whose spheres do not overlap.
 class Rings {
  public:
   explicit Rings(const Tool& tool)
@@ -87,7 +88,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double most_gain = 0;  // per sphere
+      double most_gain = 0;  // largest additional volume per sphere
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -114,22 +115,22 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Volume that belongs to a node, in 2π side³.
+  /// Returns the volume that belongs to a node, in units of 2π side³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Number of spheres in the ring through a node; 0 outside the head.
+  /// Returns the number of spheres in the ring through a node; 0 outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = room_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// For each level that the ring through (i, j) reaches: calls f(level, first node, node after the last). The ring's
-  /// cross-section is the one midway between two of its spheres, where it is thinnest.
+  /// Calls f(level, first node, end node) for each level that the ring through (i, j) covers. The cross-section is
+  /// taken midway between two spheres of the ring, where the ring is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
@@ -141,7 +142,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Volume that the ring would cover and that no earlier ring covers.
+  /// Returns the volume that this ring covers and that no earlier ring covers.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -155,11 +156,11 @@ class Rings {
   }
 
   double side_;                        // m, distance between two nodes
-  int levels_;                         // number of levels along the axis
-  double bottom_;                      // m, height of the first level
-  std::vector<double> room_;           // m, depth of each node in the head
-  std::vector<std::uint8_t> covered_;  // marks the nodes outside the head and those in a ring
-  std::vector<double> open_;           // for each level: sums over the uncovered nodes up to a radius
+  int levels_;                         // number of node levels along the axis
+  double bottom_;                      // m, height of the first node level
+  std::vector<double> room_;           // m, for each node: its depth inside the head
+  std::vector<std::uint8_t> covered_;  // for each node: true if it is outside the head or inside a ring
+  std::vector<double> open_;           // for each level: prefix sums of the uncovered volume, ordered by radius
   double enough_ = 0;
 };
 

@@ -1,6 +1,6 @@
-// The point nearest to a goal that a set of planes allows, in three dimensions: dual active-set method (Goldfarb &
-// Idnani 1983). The method starts at the goal and adds the most violated plane until no plane is violated. At most
-// three planes are active.
+// Finds the point nearest to a goal that satisfies a set of planes, in three dimensions: dual active-set method
+// (Goldfarb & Idnani 1983). The method starts at the goal and adds the most violated plane until no plane is violated.
+// At most three planes are active.
 #pragma once
 
 #include <algorithm>
@@ -9,36 +9,38 @@
 
 namespace typodont::haptics {
 
-/// The planes that hold the point: at most three, each with its push (Lagrange multiplier) as a length.
+/// The active planes, which hold the point: at most three, each with its push (Lagrange multiplier) as a length.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
   double push[3] = {};
 };
 
-/// Limits for linearly dependent normals. They have no unit: both are squared sines of an angle between normals.
+/// Limits that detect linearly dependent normals. They have no unit: both are squared sines of the angle between
+/// normals.
 struct ActiveSetLimits {
-  // Lower limit of a pivot of the Gram matrix of the active normals; if a pivot is smaller, the projection fails.
+  // Smallest pivot of the Gram matrix of the active normals. With a smaller pivot, the projection fails.
   double least_pivot = 0;
-  // Lower limit of the squared length of a new normal's part perpendicular to the active normals; if it is smaller,
-  // the plane cannot become active.
+  // Smallest squared length of the component of a new normal perpendicular to the active normals. With a smaller
+  // component, the plane cannot become active.
   double least_rest = 0;
 };
 
-/// One projection. `Planes` describes the planes, which allow the points x with excess(plane, x) >= 0:
+/// Computes one projection. The class `Planes` describes the planes; a plane allows the points x with
+/// excess(plane, x) >= 0:
 ///
 ///   struct Planes {
 ///     using Plane = …;                                      // has the unit normal `dvec3 n`
 ///     static constexpr ActiveSetLimits kLimits = {…};
-///     Plane plane(int i) const noexcept;                    // or a reference
+///     Plane plane(int i) const noexcept;                    // may also return a reference
 ///     double excess(const Plane& plane, const dvec3& x) const noexcept;
-///     // Index of the most violated plane; -1: none. The `count` planes in `active` are satisfied, apart from
-/// rounding.
+///     // Returns the index of the most violated plane, or -1 if none is violated. Ignores the `count` planes in
+///     // `active`, which are satisfied except for rounding errors.
 ///     int worst(const dvec3& x, const int* active, int count) const noexcept;
 ///   };
 ///
-/// Every function depends on `Planes`, so each file has its own instance, compiled with its own floating-point
-/// options. Never allocates.
+/// Each file that uses this template gets its own instance, compiled with the floating-point options of that file.
+/// Never allocates.
 template <class Planes>
 class ActiveSet {
  public:
@@ -58,11 +60,11 @@ class ActiveSet {
   }
 
  private:
-  static constexpr int kMostRounds = 64;   // limit of the number of planes added before the projection fails
-  static constexpr int kMostLeaving = 8;   // limit of the number of active planes that one added plane may remove
-  static constexpr double kNever = 1e300;  // larger than any step
+  static constexpr int kMostRounds = 64;   // upper limit of planes that are added before the projection fails
+  static constexpr int kMostLeaving = 8;   // upper limit of active planes that the addition of one plane may remove
+  static constexpr double kNever = 1e300;  // a number larger than any step length
 
-  /// Solves gram · r = b, with b in the last column of `gram`. Returns false if the normals are linearly dependent.
+  /// Solves gram · r = b; the last column of `gram` contains b. Returns false if the normals are linearly dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
       if (gram[i][i] < Planes::kLimits.least_pivot) return false;
@@ -79,8 +81,8 @@ class ActiveSet {
     return true;
   }
 
-  /// Computes r, the coordinates of v in the active normals (least squares). Returns false if the normals are
-  /// linearly dependent.
+  /// Computes the coordinates r of v with respect to the active normals (least squares). Returns false if the normals
+  /// are linearly dependent.
   bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
     double gram[3][4];
     for (int i = 0; i < count_; ++i) {
@@ -90,7 +92,8 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Starts with the guessed planes if each of them pushes at the solution; otherwise without active planes.
+  /// Starts with the guessed planes if each of them has a positive push at the solution. Otherwise starts without
+  /// active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};
@@ -120,14 +123,14 @@ class ActiveSet {
     return false;
   }
 
-  /// Moves x onto the plane and removes active planes that would pull. Returns false if no point satisfies all
-  /// planes.
+  /// Moves x onto the plane `next` and removes active planes whose push would be negative. Returns false if no point
+  /// satisfies all planes.
   bool add(int next, dvec3& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMostLeaving; ++turn) {
-      // rest: part of the new normal perpendicular to the active normals. r: coordinates of the remaining part in the
-      // active normals.
+      // rest: component of the new normal perpendicular to the active normals. r: coordinates of the other component
+      // with respect to the active normals.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

@@ -42,16 +42,16 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. The result is exact where the field
-/// outside the tissue is smooth. Elsewhere the field may be less than the true distance, but never more; the field at
-/// the foot point then differs from zero. Samples on the line through centre and foot detect disturbances of the
-/// stencil: near an edge, the tissue below the foot is thinner (the edge is then constructed from its faces); near a
-/// medial axis, the air above the foot is narrower.
+/// Finds the contact of a ball by one field query at its centre (offset surface: Kim & Park 2006, sec. 3.2). The result
+/// is exact where the field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance,
+/// but never larger; the field at the foot point on the surface then differs from zero. Samples on the line through
+/// centre and foot point detect two cases. Near an edge, the tissue below the foot point is too thin; the edge is then
+/// computed from its two faces. Near a medial axis, another wall is near above the ball.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
-    return false;  // the centre is inside tissue: the field there is no offset distance
+    return false;  // the centre is inside tissue, where the field is not the distance to the offset surface
   dvec3 n = at.gradient / length;
   double distance = at.value;
   const dvec3 below = c - (distance + O::depth_below) * n;
@@ -66,7 +66,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
       distance = glm::length(c - foot);
       n = (c - foot) / distance;
     } else {
-      // A bent gradient, or a foot point in air, means that the field mixes two walls.
+      // If the gradient does not have length 1, or the foot point is not on the surface, the field is a mixture of two
+      // walls.
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -78,7 +79,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   return true;
 }
 
-/// Contacts between flat walls: each wall is exact, even near the crease.
+/// Finds the contacts of a ball in a crease between flat walls. The plane of each wall is exact, even near the crease.
 bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near,
                                    ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
@@ -103,8 +104,8 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
-  // Moves from the hand's position onto the wall, then along the wall until the wall's point lies straight above or
-  // below the hand.
+  // First moves from the hand's position onto the wall. Then moves along the wall until the foot point lies on the
+  // wall's normal through the hand.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
   for (int step = 0;; ++step) {
@@ -154,7 +155,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  if (set.sunk_ || set.exact_count_ > 0) return;  // exact contacts lie where no cut was made
+  if (set.sunk_ || set.exact_count_ > 0) return;  // a contact that is already exact lies where nothing was cut
   set.projects_out_ = true;
   set.emptied_ = X_VE;
   if (same(X_VE, X_VT)) {
@@ -212,9 +213,9 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
-  // Move from a point near the surface onto the surface, then slide along it toward the head while the gap shrinks.
-  // On a surface of constant curvature each slide is a constant fraction of the last one. So a fine refinement
-  // extrapolates all slides in one step (secant method).
+  // Moves from a point near the surface onto the surface. Then slides along the surface towards the head while the gap
+  // decreases. On a surface of constant curvature, each slide is a constant fraction of the previous one. So the fine
+  // refinement extrapolates all remaining slides in one step (secant method).
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);
@@ -259,7 +260,8 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   return true;
 }
 
-/// The point of the head that lies farthest along a unit direction: an end of a meridian piece, or a point of an arc.
+/// Returns the point of the head that is farthest along a unit direction: an end of a piece of the meridian, or a point
+/// of an arc.
 dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
   const dvec3 d = glm::conjugate(X_VT.R) * along;
   const double out = std::hypot(d.x, d.y);
@@ -281,8 +283,8 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// The two sides of a sharp rim inside smooth tissue push in different directions, none of them outward. The
-/// direction out of the tissue is the tissue's normal at the rim's deepest point.
+/// If a sharp rim of the head is inside smooth tissue, the two sides of the rim push in different directions, and
+/// neither points out of the tissue. The correct direction is the tissue's normal at the deepest point of the rim.
 bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);

@@ -1,4 +1,4 @@
-// The search for contacts between head and tissue.
+// Searches the contacts between a head and the tissue.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 struct HeadSamples;
 
-/// Finds the contacts of one head. Built at set-up; the other functions are servo-safe.
+/// Finds the contacts of one head. Built at set-up; all other functions may be called on the servo thread.
 class ContactFinder {
  public:
   ContactFinder(const Tool& tool, double voxel);
@@ -19,41 +19,42 @@ class ContactFinder {
   ContactFinder(ContactFinder&&) noexcept;
   ContactFinder& operator=(ContactFinder&&) noexcept;
 
-  double reach() const { return reach_; }  // voxels, farthest point of the head
+  double reach() const { return reach_; }  // voxels, distance from the centre to the farthest point of the head
 
   /// Finds the contacts of the head at X_VT (translation in voxels) whose gap is below `near` (voxels, at most about
-  /// one). Each surface sample of the head near tissue gives one contact; where the offset surface is smooth, there
-  /// is a single exact contact. The patch must contain the head.
+  /// one). In general, each surface sample of the head near tissue gives one contact. For a ball on a smooth offset
+  /// surface, there is a single exact contact instead. The patch must contain the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
-  /// Computes where a ball that is pulled from `c` to `target` (voxels) comes to rest if one smooth wall holds it.
-  /// Parallel surfaces have the same normals, so the wall is sampled at the hand's position; this also works in
-  /// narrow hollows. Returns false if the position is unknown; `seated` is then unchanged. `alone`: no other tissue
-  /// is near, and `set` holds this contact.
+  /// Computes the final position of a ball that is pulled from `c` to `target` (voxels), if one smooth wall stops it.
+  /// The wall is sampled at the hand's position `target`: parallel surfaces have the same normals, so this works also
+  /// in narrow concave surfaces. Returns false if the position cannot be computed; `seated` is then unchanged. `alone`:
+  /// true if there is no other tissue nearby; `set` then contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
-  static constexpr double kMostSeated = 1.5;  // voxels, limit of the distance of the new position from `c`
+  static constexpr double kMostSeated = 1.5;  // voxels, largest distance of the final position from `c`
 
-  /// For a head that overlaps tissue by more than `kSunk`, which no hand can cause. From the head's centre and from
-  /// each sample inside the tissue, finds the nearest point outside, as far as the field stores distances. Without
-  /// such a point, `set` gets no contact.
+  /// Finds contacts for a head that overlaps tissue by more than `kSunk`, which no hand can cause. From the head's
+  /// centre and from each sample inside the tissue, searches the nearest point outside, as far as the field stores
+  /// distances. If there is no such point, `set` gets no contact.
   void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
-  static constexpr double kSunk = 1.5;  // voxels, limit of the overlap
+  static constexpr double kSunk = 1.5;  // voxels, overlap above which the head counts as sunk
 
-  /// Updates normals and gaps of the same surface points for a head that has moved a little, without a query.
+  /// Updates the normals and gaps of the known contacts after a small motion of the head, without a new query of the
+  /// field.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// For a head that removed all tissue at pose `X_VE` and is now at `X_VT`. Surface points inside the head at `X_VE`
-  /// are interpolation errors, so this function moves them to the head's surface at `X_VE`. Contacts that are refined
-  /// later are corrected in the same way.
+  /// Corrects contacts of a head that removed all tissue at pose `X_VE` and is now at `X_VT`. A surface point inside
+  /// the head at `X_VE` can only be an interpolation error, so it is moved to the head's surface at `X_VE`. Contacts
+  /// that are refined later are corrected in the same manner.
   void project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Makes one contact exact on a smooth surface: cubic queries move the contact to the point where head and surface
-  /// are closest. Returns false if nothing changed, for example because the contact is still exact. `fine`: accurate
-  /// to a hundredth of a degree, for a head that does not cut.
+  /// Makes one contact exact on a smooth surface. Cubic queries move the contact to the point where head and surface
+  /// are closest. Returns false if nothing changed, for example because the contact was already exact. `fine`: accurate
+  /// to 0.01 degree, for a head that does not cut.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
-  /// Updates normal and gap of a known contact for the head at X_VT, without a query.
+  /// Updates normal and gap of one known contact for the head at X_VT, without a query of the field.
   void update_contact(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
@@ -63,10 +64,10 @@ class ContactFinder {
   bool find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 
-  HeadField head_;  // voxels
+  HeadField head_;  // distance field of the head, in voxels
   bool sphere_;
-  double radius_, reach_;                 // voxels
-  std::unique_ptr<HeadSamples> samples_;  // voxels
+  double radius_, reach_;                 // voxels, radius of a ball, and distance to the head's farthest point
+  std::unique_ptr<HeadSamples> samples_;  // surface samples of the head, in voxels
 };
 
 }  // namespace typodont::haptics

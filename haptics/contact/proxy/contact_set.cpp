@@ -24,7 +24,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Stores a refined contact; if all places are in use, it replaces the oldest one.
+/// Stores a refined contact. If the memory for exact contacts is full, it replaces the oldest one.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {
@@ -39,7 +39,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
-/// Replaces the rough contacts around a rim by the rim's contact.
+/// Replaces the approximate contacts near a rim by the one exact contact of the rim.
 void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
   const glm::vec3 x(rim.x - origin_), n(rim.n);
   const auto near = static_cast<float>(within);

@@ -1,4 +1,4 @@
-// The contacts of a head: planes that limit its motion.
+// The contacts of a head. Each contact is a plane that limits the head's motion.
 #pragma once
 
 #include <array>
@@ -8,55 +8,59 @@
 
 namespace typodont::haptics {
 
-/// A contact at surface point x: the head's displacement Δp must satisfy n·Δp ≥ -gap. Lengths in voxels.
+/// A contact at surface point x. The displacement Δp of the head must satisfy n·Δp ≥ -gap. Lengths in voxels.
 struct ContactPlane {
-  dvec3 x{0};        // point on the tissue's surface
+  dvec3 x{0};        // point of the tissue's surface
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
   double gap = 0;    // distance between head and tissue at x, negative if they overlap
-  // 0..1, fraction of the slack that this contact allows; below 1 if its tissue is harder than the tissue being cut.
+  // fraction 0..1 of the step's slack (depth that the head may sink) that this contact allows; below 1 if its tissue is
+  // harder than the tissue being cut
   double yields = 1;
-  bool rim = false;  // true if a sharp rim of the head touches: n is then the tissue's normal
+  bool rim = false;  // true if a sharp rim of the head has contact; n is then the normal of the tissue
 };
 
-/// Planes as arrays of floats, for SIMD. Points are relative to the head's centre at the time of the search.
+/// Contact planes as arrays of floats, for SIMD. Points are relative to the head's centre at the time of the search.
 struct RoughPlanes {
-  static constexpr int kMax = 256, kBatch = 8;  // kBatch: number of planes per SIMD operation
-  static constexpr int kRoom = kMax + kBatch;   // the last batch may be incomplete
+  // kMax: largest number of planes; kBatch: number of planes per SIMD operation
+  static constexpr int kMax = 256, kBatch = 8;
+  // space for one additional batch, because the last batch may be incomplete
+  static constexpr int kRoom = kMax + kBatch;
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
-/// The contacts of one search. All of them are stored roughly, as arrays of floats; the few that hold the head are
-/// also stored exactly.
+/// The contacts of one search. All of them are stored as approximate planes in float arrays. The few that hold the head
+/// are also stored as exact planes.
 class ContactSet {
  public:
   static constexpr int kMax = RoughPlanes::kMax;
 
   int count() const { return count_; }
-  /// Number of the head's own contacts, which come first; add() added the remaining contacts.
+  /// Returns the number of the head's own contacts, which come first. The remaining contacts were added by add().
   int own() const { return count_ - added_; }
-  /// Adds a contact of another part of the tool, or a plane that leads the head. It allows no slack. Returns false if
-  /// the set is full.
+  /// Adds a contact of another part of the tool, or a plane that guides the head. The head may not sink into it.
+  /// Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// engaged_area(): voxels², area of the head within a voxel of tissue, weighted by nearness. engaged_normal():
-  /// voxels², sum of area × outward normal of the tissue, over the part of the head that touches now.
+  /// engaged_area(): area of the head within one voxel of tissue, weighted by nearness, voxels². engaged_normal(): sum
+  /// of area × outward normal of the tissue, over the part of the head that touches now, voxels².
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
-  /// Deepest overlap in voxels; 0 if nothing overlaps.
+  /// Returns the largest overlap of a contact in voxels; 0 if nothing overlaps.
   double deepest() const { return deepest_; }
 
-  /// Returns contact i: the exact contact if it was refined, otherwise the contact as found.
+  /// Returns contact i: the exact plane if the contact was refined, otherwise the approximate plane.
   ContactPlane plane(int i) const noexcept;
-  /// A point one voxel below the tissue's surface at contact i.
+  /// Returns the point one voxel below the tissue's surface at contact i.
   dvec3 below(int i) const noexcept {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
-  /// True if the head lies so deep that its samples do not show the direction out of the tissue: see find_way_out().
+  /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
+  /// leave the tissue (see ContactFinder::find_way_out()).
   bool sunk() const { return sunk_; }
-  /// True if the planes are the flat walls of a groove: they are exact as found.
+  /// Returns true if the contacts are the flat walls of a groove, whose planes are exact without refinement.
   bool flat() const { return flat_; }
 
  private:
@@ -64,7 +68,7 @@ class ContactSet {
 
   struct Exact {
     int index;
-    dvec3 c;  // the head's centre when the contact was refined
+    dvec3 c;  // voxels, the head's centre when this contact was refined
     ContactPlane plane;
   };
   static constexpr int kExact = 12;
@@ -77,9 +81,9 @@ class ContactSet {
   bool sunk_ = false, flat_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
-  dvec3 origin_{0};  // origin of the rough planes' points
+  dvec3 origin_{0};  // origin of the points in the approximate planes
   bool projects_out_ = false;
-  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if projects_out_
+  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if projects_out_ is true
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };

@@ -18,18 +18,18 @@ namespace {
 using P = HeadSampleParameters;
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// The head at one pose, relative to a voxel near it.
+/// The head at one pose, in coordinates relative to a voxel near it.
 struct FlatHead {
   const FlatPiece* pieces;
   int count;
-  float cx, cy, cz;  // the head's centre
-  float R[9];        // rotation from T to V, by columns
-  float radius;      // radius of a ball; otherwise 0
+  float cx, cy, cz;  // coordinates of the head's centre
+  float R[9];        // rotation matrix from T to V, column by column
+  float radius;      // radius of a ball; 0 for any other head
   float thickness;   // half the head's width
 };
 
-/// Computes the signed distance of points from the head, and its gradient. Points are relative to the head's centre,
-/// in V.
+/// Computes the signed distance of points from the head, and the gradient of this distance. Points are relative to the
+/// head's centre, in the axes of V.
 TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
                                         F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
@@ -79,7 +79,8 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
     const F8 f2 = fx * fx + fz * fz;
     const I8 nearer = f2 < best2;
     best2 = nearer ? f2 : best2;
-    // The nearest point is an end of the piece: the gradient points from that end, unless it is too close.
+    // If the nearest point is an end of the meridian's piece, the gradient points away from that end. Very close to the
+    // end, the normal of the piece is used instead.
     const I8 smooth = between | (f2 < 1e-8f);
     n_rho = nearer ? (smooth ? nx : fx) : n_rho;
     n_z = nearer ? (smooth ? nz : fz) : n_z;
@@ -96,15 +97,15 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
   mz = R[2] * ux + R[5] * uy + R[8] * uz;
 }
 
-/// The field around the head, relative to the same voxel as the head.
+/// The distance field around the head, in coordinates relative to the same voxel as in FlatHead.
 struct FlatField {
-  const float* samples;  // the sample at the origin of coordinates, which may lie outside the patch
+  const float* samples;  // sample at the origin of these coordinates, which may lie outside the patch
   int sx, sy;
   float lo[3], hi[3];  // bounds of the region that may be sampled
 };
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
-  double pair[8];  // moved as a double, so that one load moves two floats
+  double pair[8];  // a double holds two floats, so that one load reads both
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
   const F8 low = (F8)one, high = (F8)two;
@@ -112,7 +113,7 @@ TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t
   second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
 }
 
-/// Trilinear value and its gradient at eight points. All coordinates must be positive.
+/// Interpolates the field trilinearly at eight points, with the gradient. All coordinates must be positive.
 TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
                                   F8& gy, F8& gz) {
   const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8),
@@ -141,22 +142,23 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
   gz = gz0 + u * (gz1 - gz0);
 }
 
-/// Batches of samples while they are moved to the surface.
+/// Working data of the batches of samples that are moved to the surface.
 struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
-  int from[kBatches];                                            // index of the batch's first sample
-  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // positions of the samples
-  F8 x[kBatches], y[kBatches], z[kBatches];                      // current positions
+  int from[kBatches];                                            // index of the first sample of the batch
+  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // initial positions of the samples
+  F8 x[kBatches], y[kBatches], z[kBatches];                      // present positions of the samples
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at the current positions
-  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // direction of the gradient
-  I8 steep[kBatches], again[kBatches];  // steep: the gradient is long enough; again: the point is still moved
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // unit direction of the gradient
+  // steep: true if the gradient is long enough; again: true if the point is to be moved further
+  I8 steep[kBatches], again[kBatches];
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Searches contacts: each sample of the head near tissue is moved to the point where head and surface are closest.
-/// Loads, square roots and divisions have a long latency, so all batches take one step before any batch takes the
-/// next step.
+/// Searches contacts: moves each sample of the head that is near tissue to the point where head and surface are
+/// closest. Loads, square roots and divisions have a long latency. So all batches complete one step before the next
+/// step starts.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -177,7 +179,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
       pz = R[2] * tx + R[5] * ty + R[8] * tz;
     }
     const F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
-    // Skip distant batches by the sample at the nearest voxel: the field grows by at most one per voxel.
+    // Skips batches far from tissue by a quick test of the nearest sample: the field changes by at most one per voxel.
     const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
              jz = __builtin_convertvector(qz + 0.5f, I8);
     F8 coarse;
@@ -188,7 +190,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     batches += any_of(coarse < P::examined + 0.87f);
   }
 
-  // Step 1: move each sample onto the surface.
+  // Step 1: moves each sample onto the surface.
   for (int b = 0; b < batches; ++b)
     sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
@@ -203,9 +205,9 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // The weight of an area fades linearly over one voxel, so it changes smoothly. The weight of the normal is
-    // reduced by the area that would touch only if the head sank, and this area grows with the depth. So it is twice
-    // the fade over half a voxel, minus the fade over one voxel.
+    // Each area has a weight that decreases linearly from one to zero over a distance of one voxel, so that the sum
+    // changes smoothly. The sum of the normals uses another weight: twice the decrease over half a voxel, minus the
+    // decrease over one voxel. This subtracts the area that would touch only if the head sank deeper.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -227,12 +229,12 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // Only points that were already nearly on the surface stay: across a ridge, the step may end anywhere.
+    // Only points that were nearly on the surface are kept as they are. Across a ridge, the step may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
 
-  // Step 2, twice: move each point along the surface toward the head while the gap shrinks.
+  // Step 2, made twice: moves each point along the surface towards the head while the gap decreases.
   for (int b = 0; b < close_batches; ++b) {
     F8 x = w.x[b], y = w.y[b], z = w.z[b];
     const F8 nx = w.nx[b], ny = w.ny[b], nz = w.nz[b];
@@ -273,7 +275,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     const unsigned keep = bits_of(kept);
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    // Compacts without a branch, because the kept lanes are not predictable.
+    // Moves the valid lanes to the front without a branch, because a branch would often be mispredicted.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
       F8 first;
@@ -299,7 +301,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   found->deepest = deepest;
 }
 
-/// Updates normals and gaps of known points. `d`: displacement of the head since the search.
+/// Updates the normals and gaps of known surface points. `d`: displacement of the head since the search.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
@@ -323,8 +325,9 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Moves points inside the head to the head's surface; their gap becomes 0. `d`: the head's centre, relative to the
-/// points' origin. If no head is given, the head has not moved since the search, and the known gaps are used.
+/// Moves surface points that are inside the head to the head's surface, so that their gap becomes 0. `d`: the head's
+/// centre, relative to the origin of the points. If `head_at` is null, the head has not moved since the search, and the
+/// stored gaps are used.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
@@ -357,7 +360,7 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
   }
 }
 
-/// The head at one pose. `c`: its centre, relative to a voxel near it.
+/// Returns the head at one pose in the form for SIMD. `c`: its centre, relative to a voxel near it.
 FlatHead flat_head(const HeadSamples& samples, const dquat& R, const glm::vec3& c) {
   FlatHead head{samples.pieces, samples.piece_count, c.x, c.y, c.z, {}, samples.ball_radius, samples.thickness};
   const glm::mat3 columns{glm::dmat3(R)};
@@ -373,7 +376,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
       thickness(static_cast<float>(tool.radius() / voxel)),
       reach(static_cast<float>(tool.reach() / voxel)) {
   std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, P::near_free_end);
-  // Puts neighbouring samples into one batch: divides the set along its longest side until eight are left.
+  // Puts neighbouring samples into the same batch: splits the set along its longest side until eight samples are left.
   const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
     if (count <= kBatch) return;
     dvec3 lo(1e300), hi(-1e300);
@@ -421,7 +424,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Coordinates relative to a voxel nearby are more precise in floats.
+  // Coordinates are relative to a nearby voxel, because floats are then more precise.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;

@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// Index of the plane whose normal is closest to `n`; if several are equally close, the first of them.
+/// Returns the index of the plane whose normal is closest to `n`. If several normals are equally close, returns the
+/// first of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
@@ -34,8 +35,8 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Index of the plane with the smallest n·d + room, if this value is below -slip; if several are equal, the first of
-/// them. Otherwise -1.
+/// Returns the index of the plane with the smallest n·d + room if this value is below -slip, otherwise -1. If several
+/// values are equal, returns the first of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                   float slip) {
@@ -62,12 +63,12 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
   return index[worst];
 }
 
-/// The contacts of a head as planes for its centre p, in voxels. `only_no_deeper`: planes that the head overlaps only
-/// prevent deeper overlap.
+/// Adapts the contacts of a head to the active-set solver: planes for the head's centre p, in voxels. `only_no_deeper`:
+/// planes that the head already overlaps only prevent a deeper overlap.
 class HeadPlanes {
  public:
   using Plane = ContactPlane;
-  // The limits account for the accuracy of float normals.
+  // Lower limits below which a linear system counts as singular; the values fit the accuracy of float normals.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)

@@ -14,8 +14,8 @@ using E = SharpEdgeParameters;
 constexpr int kMostFaces = FlatWalls::kMost;
 
 struct Face {
-  dvec3 x{0}, n{0};    // a point on the face, the face's outward normal
-  bool clean = false;  // no other face is near
+  dvec3 x{0}, n{0};    // x: point on the face; n: outward normal of the face
+  bool clean = false;  // true if no other face is near
 };
 
 /// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
@@ -40,7 +40,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// True if, farther from the groove, the face continues in the same plane, where the other wall has no influence.
+/// Tests whether the wall of a groove continues in the same plane farther away from the groove, where the other wall
+/// has no influence. Returns true if it does.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
@@ -84,8 +85,8 @@ struct Faces {
   }
   double above(int i, const dvec3& p) const noexcept { return glm::dot(face[i].n, p - face[i].x); }
 
-  /// The point of the enclosed solid that is nearest to c: on a face, on the line where two faces meet, or at the
-  /// point where three meet.
+  /// Computes the point of the enclosed solid that is nearest to c. It lies on a face, on the line where two faces
+  /// meet, or at the point where three faces meet.
   bool nearest(const dvec3& c, dvec3& p) const noexcept {
     double least = 1e300;
     for (unsigned which = 1; which < (1u << count); ++which) {
@@ -129,14 +130,14 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
                      dvec3& nearest) noexcept {
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
-    // Searches sideways; if that leads past the edge into the air, searches downward too.
+    // Searches a face beside the foot point. If there is air, the search has passed the edge, and continues below.
     return face_from(patch, foot + E::aside * u, foot, face) || face_from(patch, foot + E::down * (u - n), foot, face);
   };
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(n, aside)), v = glm::cross(n, u);
   Faces faces;
   bool few = true;
-  Face most[2];  // the two faces that differ most
+  Face most[2];  // the two faces with the most different normals
   double cosine = 2;
   Face found[E::directions];
   int count = 0;
@@ -156,7 +157,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     }
   }
   if (faces.count < 2) return false;
-  // The faces at a rim are curved, so the faces in the section straight across the rim are used.
+  // At a curved rim, more faces are found than a corner can have. Then only the two faces in the cross-section through
+  // the rim are used.
   for (int turn = 0; !few && turn < 3; ++turn) {
     const dvec3 across = glm::cross(glm::cross(most[0].n, most[1].n), n);
     if (!(glm::length(across) > 1e-6)) return false;
@@ -166,8 +168,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     faces.add(most[0]), faces.add(most[1]);
   }
   if (!faces.convex() || !faces.nearest(c, nearest)) return false;
-  // Outside a true edge the field is the distance. For a solid made by intersection, the field is the distance to the
-  // farthest face.
+  // Checks the result against the field. At a true edge, the field is the distance to the edge. If the solid was made
+  // by an intersection, the field is the distance to the farthest face instead.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < E::agrees;

@@ -21,7 +21,7 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // The last term adds the stencil and the distance by which samples are moved.
+  // The constant covers the interpolation stencil and the distance by which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -48,12 +48,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // The rotation angle 2 acos |q·q'| is at most 2.3 √(2 - 2 |q·q'|).
+    // Upper bound of the rotation angle: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
-  // Steps along the shank's axis, as far as the field shows free space.
+  // Sphere tracing along the shank's axis: each step is as long as the field shows free space.
   const SurfacePatch& wide = patch.wide.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
@@ -67,12 +67,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // If all samples of the cell lie at the band's limit, tissue can be nearer only by the sagitta of a sphere between
-    // the samples.
+    // Upper bound of the interpolation error. If all samples of the cell are at the limit of the band, the error is at
+    // most the sagitta of a sphere between the samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // A point at distance s along the axis has a free distance of at least clear - s (1 + slope). So a step of a
-    // third of the clear distance loses little.
+    // At the distance s along the axis, the free distance is at least clear - s (1 + slope). So with a step of a third
+    // of the free distance, this bound stays tight.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -92,7 +92,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Takes the closest contact; takes other contacts only if they push in another direction or lie elsewhere.
+  // Takes the closest contact first. Further contacts are taken only if they have another direction or lie at another
+  // place.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -116,10 +117,10 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
   }
 }
 
-/// In cut tissue, the coarse field cannot separate a neck from the wall of the hole that its own head made. A part
-/// hardly wider than the head follows the head without contact; the wider a part is, the earlier it meets the wall.
-/// Returns the overlap, in voxels, that is allowed between the part with `radius` and the tissue at x; from `every_`
-/// on, the part has no contact.
+/// Returns the overlap (voxels) that is allowed between a part with this `radius` and the tissue at x; if it is
+/// `every_` or more, the part has no contact. Reason: in cut tissue, the coarse field cannot separate a thin neck from
+/// the wall of the hole that the head has made. So a part that is hardly wider than the head follows the head without
+/// contact. The wider a part is, the smaller the allowed overlap.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
@@ -132,8 +133,8 @@ double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatc
   return tolerated_overlap(part.radius_at(u), patch, plane.x);
 }
 
-/// At an edge, the samples are too far apart to locate the surface. At the axis the field is smooth, so the nearest
-/// point is known accurately there.
+/// Adds a contact computed from points on the axis. Near an edge of the tissue, samples on the shank's surface are too
+/// coarse to locate the surface. On the axis the field is smooth, so it gives the nearest point accurately.
 void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X,
                                           double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);

@@ -1,6 +1,6 @@
-// Contacts of the parts of a tool that never cut. The shank's contacts are computed in the coarse patch. At uncut
-// tissue they are exact; at cut tissue, the shank has contacts only where it is wider than the head by more than the
-// patch resolves. The safe end's contacts are computed in the same patch as the head's.
+// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch. They are
+// exact at uncut tissue. At cut tissue, the shank has contacts only where it is wider than the head by more than the
+// coarse patch resolves. The contacts of the safe end are computed in the same patch as those of the head.
 #pragma once
 
 #include <algorithm>
@@ -12,45 +12,46 @@
 
 namespace typodont::haptics {
 
-/// Size of the coarse patch: one sample every `every` voxels, `edge` samples per edge. 0, 0: no coarse patch.
+/// Size of the coarse patch: it takes one of every `every` voxels along each axis, and has `edge` samples along each
+/// axis. 0, 0: no coarse patch.
 struct CoarseGrid {
   int every = 0, edge = 0;
 };
 CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// The non-cutting parts of one tool. Far from tissue, a search costs one comparison for the shank, because the
-/// distance that the shank may still move is known from the last search. All lengths in voxels. Never allocates after
-/// construction.
+/// The non-cutting parts of one tool. Far from tissue, a search for the shank is one comparison, because the free
+/// distance is known from an earlier search. All lengths in voxels. Never allocates after construction.
 class NonCuttingContacts {
  public:
   NonCuttingContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
-  /// Distance in voxels that the tool's points may move from X_VT before the shank can touch tissue. Valid only if it
-  /// is positive.
+  /// Returns the distance in voxels that the tool may move from X_VT before the shank can touch tissue. Valid only if
+  /// it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They allow no slack.
+  /// Adds the contacts of the shank and the safe end whose gaps are below `near` to the head's contacts. These parts
+  /// may not sink into the tissue.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
-  /// Adds the contacts of the last find(), updated for a tool that has moved a little.
+  /// Adds the contacts of the last find() again, updated for a small motion of the tool.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
-  /// Must be called when tissue may have been added: the known free distance is then no longer valid.
+  /// Must be called when tissue may have been added, because the stored free distance is then not valid any more.
   void forget() noexcept { known_ = false; }
 
  private:
   struct Part {
     Part(const NonCuttingPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // finder in voxels of the patch in which this part's contacts are computed
+    ContactFinder finder;  // contact finder of this part; its lengths are in voxels of the patch that it searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
-    }  // u: distance from the part's lower end
+    }  // u: distance along the axis from the part's lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // in voxels of the part's patch
+    ContactPlane plane;  // contact plane, in voxels of the part's patch
     bool shank;
-    double let;  // overlap that is tolerated, in voxels of the part's patch
+    double let;  // allowed overlap, in voxels of the part's patch
   };
-  static constexpr int kMost = 5, kRoom = 8;  // limits of the number of contacts: of one part, and of all parts
+  static constexpr int kMost = 5, kRoom = 8;  // kMost: largest number of contacts of one part; kRoom: of all parts
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
   double tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kBatch = 8;
 typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
 
-/// Positions of points relative to the head, and the results.
+/// Arrays with the positions of points relative to the head, and with the results.
 struct Columns {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
@@ -26,7 +26,7 @@ TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
   std::memcpy(to, &v, sizeof v);
 }
 
-/// As HeadField::distance(p, n), for a ball of this radius.
+/// Same result as HeadField::distance(p, n) for each point, for a ball of this radius.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -42,7 +42,8 @@ void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
   }
 }
 
-/// As HeadField::distance(p, n), for a head with these pieces. `R`: rotation from T to W, column by column.
+/// Same result as HeadField::distance(p, n) for each point, for a head with these pieces of the meridian. `R`: rotation
+/// from T to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Columns& columns) {
@@ -122,7 +123,7 @@ void HeadDistances::find(const VertexHead& head, const mesh::NearPoints& points,
     x_[count] = off.x, y_[count] = off.y, z_[count] = off.z;
     ++count;
   }
-  // The last batch reads positions beyond the last point; these must be numbers.
+  // The last batch reads positions beyond the last point, so these must contain valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Columns columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

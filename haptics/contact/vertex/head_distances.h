@@ -1,4 +1,4 @@
-// Signed distances from a head to many points at once.
+// Computes the signed distances from a head to many points at once.
 #pragma once
 
 #include <cstdint>
@@ -10,31 +10,31 @@
 
 namespace typodont::haptics::vertex {
 
-/// Computes the distances of eight points together. The results equal those of VertexHead::distance() bit for bit, on
-/// every processor. Servo thread; allocates only at construction.
+/// Computes the distances of eight points at the same time. The results have the same bits as those of
+/// VertexHead::distance(), on every processor. Servo thread; allocates memory only at construction.
 class HeadDistances {
  public:
-  /// `most`: limit of the number of points in one call.
+  /// `most`: largest number of points in one call.
   explicit HeadDistances(std::size_t most);
 
-  /// Evaluates the listed points, for a head at X_WG, and keeps those that are at most `far` metres from the head.
-  /// Keeps their order.
+  /// Evaluates the listed points for a head at X_WG, and keeps the points that are at most `far` metres from the head,
+  /// in the same order.
   void find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
             const Pose& X_WG, double far) noexcept;
 
   std::size_t size() const noexcept { return size_; }
-  /// Indices in `points` of the points that were kept.
+  /// Returns the points that were kept, as indices in `points`.
   std::span<const std::uint32_t> kept() const noexcept { return {index_.data(), size_}; }
   std::uint32_t point(std::size_t i) const noexcept { return index_[i]; }
-  /// Signed distance, m, negative inside the head.
+  /// Returns the signed distance of kept point i, m, negative inside the head.
   double distance(std::size_t i) const noexcept { return distance_[i]; }
-  /// Unit direction, W, in which the distance grows.
+  /// Returns the unit direction (frame W) in which the distance of kept point i increases.
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
   std::size_t size_ = 0;
   std::vector<std::uint32_t> index_;
-  std::vector<double> x_, y_, z_;  // m, W, positions of the points relative to the head's centre
+  std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
   std::vector<double> distance_, n_x_, n_y_, n_z_;
 };
 

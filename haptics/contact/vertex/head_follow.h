@@ -1,4 +1,4 @@
-// Moves a head towards the hand as far as contact points allow.
+// Moves a head towards the hand as far as the contact points allow.
 #pragma once
 
 #include <vector>
@@ -11,29 +11,30 @@
 
 namespace typodont::haptics::vertex {
 
-/// Lengths are multiples of the head's radius.
+/// Lengths are ratios to the head's radius.
 struct FollowParameters {
-  // head radii, limit of the displacement in one iteration, because the bounds of the points are linear
+  // Longest displacement in one iteration, as a ratio to the head's radius. It is short, because the bounds of the
+  // points are linearised.
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;  // number of iterations that use the same list of near points
-  // limit of the number of lists per tick; with it, the head moves by at most 4.8 radii per tick
+  static constexpr int looks = 2;  // number of iterations for which one list of near points is used
+  // Upper limit of the number of lists per tick; the head can then move by at most 4.8 radii per tick.
   static constexpr int rounds = 16;
-  // threshold, as a ratio to `step`: after a shorter displacement no further iteration is needed
+  // Convergence tolerance: after a displacement shorter than this ratio of `step`, no further iteration is made.
   static constexpr double settled = 0.2;
-  // Threshold of the overlap, as a ratio to the head's radius: with more overlap, the head counts as inside tissue.
+  // Overlap as a ratio to the head's radius. With a larger overlap, the head counts as inside tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// Limit of the head's displacement, as a ratio to its radius, after which the points must be listed again.
+  /// The points are listed again when the head has moved farther than this, as a ratio to its radius.
   static constexpr double kept = 0.15;
-  /// Distance from the head up to which points must be listed, as a ratio to the head's radius.
+  /// Points within this distance of the head are listed, as a ratio to its radius.
   static constexpr double margin = kept + looks * step;
 };
 
-/// Moves a head towards `to` while no point is near it. Each hop is at most as long as the search distance for
-/// points, so that no jump passes a thin wall. `list(p)`: lists the points around p, unless the present list
-/// suffices.
+/// Moves a head towards `to` until points are near. A step is at most as long as the search distance for points, so
+/// that the head cannot jump through a thin wall. `list(p)` must list the points around p, unless the present list is
+/// still valid.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // limit of the number of hops per tick
+  constexpr int kMostHops = 64;  // upper limit of steps without contact per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -44,26 +45,25 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   return from;
 }
 
-/// Keeps a head outside the mesh while the head follows the hand. Servo thread. Allocates memory only in the
-/// constructor.
+/// Keeps a head outside the mesh while it follows the hand. Servo thread. Allocates memory only in the constructor.
 class HeadFollower {
  public:
-  /// A point that holds the head at its final position.
+  /// A contact point that holds the head at its final position.
   struct Hold {
     std::uint32_t point;  // index of the point
-    dvec3 n;              // unit, direction in which the point pushes the head
-    double push;          // m
+    dvec3 n;              // unit direction in which the point pushes the head
+    double push;          // m, distance by which the point holds the head back
   };
 
   explicit HeadFollower(std::size_t most_points) : distances_(most_points) {
     bounds_.reserve(most_points), points_.reserve(most_points);
   }
 
-  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. The distance to a convex head is
-  /// a convex function, so after a step that satisfies the bounds of all points, the head overlaps none of them.
-  /// `slack`: m, allowed overlap. `give`: points that overlap only prevent deeper overlap. `list(p)`: lists the
-  /// points around p, unless the present list suffices. A head that is fast for its size needs several lists in a
-  /// tick; with one list it would lag behind the hand. Returns the final position.
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position. Each
+  /// near point gives a linear bound on a step. The distance to a convex head is a convex function; so after a step
+  /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
+  /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
+  /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
   template <class List>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list) noexcept {
@@ -76,9 +76,9 @@ class HeadFollower {
     return from;
   }
 
-  /// True if in the last follow() a point was deep in the head.
+  /// Returns true if a point was deep inside the head in the last follow().
   bool led_out() const noexcept { return led_out_; }
-  /// True if in the last follow() there were points near the head.
+  /// Returns true if there were points near the head in the last follow().
   bool bounded() const noexcept { return !bounds_.empty(); }
   int count() const noexcept { return active_.count; }
   Hold hold(int i) const noexcept {
@@ -87,13 +87,13 @@ class HeadFollower {
   }
 
  private:
-  /// Moves the head as far as the listed points allow. Returns true if the head has not arrived yet.
+  /// Moves the head as far as the listed points allow. Returns true if a further iteration is needed.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 
   HeadDistances distances_;
   std::vector<StepBound> bounds_;      // bounds of the last iteration
-  std::vector<std::uint32_t> points_;  // index of the point to which each bound belongs
+  std::vector<std::uint32_t> points_;  // for each bound: index of its point
   ActivePlanes active_;
   bool led_out_ = false;
 };

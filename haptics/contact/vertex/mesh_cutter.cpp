@@ -21,12 +21,13 @@ using P = CutParameters;
 
 namespace {
 
-// m, upper bound of the rounding error of balls around faces, which are stored as floats
+// m, upper bound of the rounding error of the bounding balls, which are stored as floats
 constexpr double kRounding = 1e-6;
-// limit of the rounds in which vertices are moved back; after it, the whole step is cancelled
+// Upper limit of the rounds in which vertices are moved back. If the mesh is still not valid, the whole step is
+// cancelled.
 constexpr int kMostRounds = 8;
-// threshold of the cosine between a face's normal and the direction from the head's centre; above it, the face may
-// lie behind another face
+// Limit of the cosine between a face's normal and the direction from the head's centre. Above it, the face may be on
+// the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -39,7 +40,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Height of a triangle over its longest edge, divided by that edge; 0: degenerate.
+/// Returns the height of a triangle over its longest edge, divided by this edge; 0 for a degenerate triangle.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -48,7 +49,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 
 constexpr std::size_t kBatch = 8;
 
-/// Writes the indices of the balls that overlap the ball at p with radius r to `at`; returns their number.
+/// Finds the balls that overlap the ball with centre p and radius r. Writes their indices to `at` and returns their
+/// number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, std::uint32_t* at) {
@@ -65,7 +67,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // The last batch may contain lanes beyond the last ball.
+  // Removes results of unused lanes in the last batch.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
@@ -103,10 +105,10 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
   sort_near();
 }
 
-/// Sorts the faces near the head by their index, so that the order does not depend on the workpiece's position in the
-/// grid. Uses a radix sort, because a sort by comparisons would take a third of a cut.
+/// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
+/// search grid. Uses a radix sort, because a comparison sort would take a third of the time of a cut.
 void MeshCutter::sort_near() noexcept {
-  constexpr int kDigit = 9;  // bits
+  constexpr int kDigit = 9;  // bits per pass
   constexpr Index kMask = (1u << kDigit) - 1;
   sorted_.resize(near_.size());
   const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
@@ -119,7 +121,7 @@ void MeshCutter::sort_near() noexcept {
   }
 }
 
-/// Splits long edges of the faces that the head may reach. Splitting does not change the shape.
+/// Splits the long edges of faces that the head can touch. This does not change the shape of the surface.
 void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   for (std::size_t k = 0; k < near_.size();) {
@@ -131,7 +133,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > most) most = e2, longest = i;
     }
-    // Border edges do not change; neither do edges that end at the border.
+    // Edges on an open border do not change, and neither do edges that end at the border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -149,20 +151,22 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return;  // the mesh's buffers are full
+    if (m == kNone) return;  // the buffers of the mesh are full
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in the list twice: once by its own position, and once as a neighbour.
+  // A face may be in the list twice: once because it is near the head, and once as a neighbour of a split edge. Removes
+  // duplicates.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
 }
 
-/// Computes the target of a vertex inside the head. The radial direction is correct as long as it leads into the
-/// solid; if it would pass outward through a face around the vertex, its outward component is removed.
+/// Computes the target of a vertex inside the head. In general, the vertex moves in the direction `n` out of the head,
+/// into the solid. If it would move outward through a face around the vertex, the outward component of the direction is
+/// removed.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
@@ -230,7 +234,7 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
 }
 
-/// Collects the faces around the moving vertices, with their state before the move.
+/// Lists the faces around the vertices that will move, with their volume and normal before the motion.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) noexcept {
   affected_.clear();
   for (const Moved& m : moved_) {
@@ -242,7 +246,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
   }
 }
 
-/// Moves the vertices of a face back. Returns false if none of them had moved.
+/// Moves the vertices of a face back to their old positions. Returns false if none of them had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -255,8 +259,8 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// A face that rotates far in a step folds over. Exception: a face that ends parallel to the head's surface, because
-/// a narrow face may become part of a wall.
+/// Prevents folds: a face that rotates far in one step folds over, so its vertices are moved back. Exception: a narrow
+/// face may become a part of a wall, so a face may rotate if it ends parallel to the head's surface.
 void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   const auto folds = [&](const Affected& a, const dvec3& now) {
     const double length = glm::length(now), size = length * glm::length(a.normal);
@@ -276,7 +280,7 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
-/// Lists the bounding balls of the faces near the head in structure-of-arrays form.
+/// Copies the bounding balls of the faces near the head into arrays.
 void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   const std::size_t count = near_.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -285,7 +289,8 @@ void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   }
 }
 
-/// A face near the head that intersects f, such that f or this face has changed; kNone if there is none.
+/// Returns a face near the head that intersects face f, or kNone. Tests only pairs of faces of which at least one has
+/// changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const std::size_t count = list_overlapping(ball_x_.data(), ball_y_.data(), ball_z_.data(), ball_r_.data(),
@@ -296,8 +301,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     const Index g = near_[overlapping_[k]];
     if (g == f || !(changed || face_seen_[g] == look_)) continue;
-    // Two faces that share a vertex and are nearly coplanar intersect only if the surface folds, and then other pairs
-    // of faces intersect, too.
+    // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
+    // other pairs of faces intersect too.
     const mesh::Face& other = mesh.face(g);
     bool shares = false;
     for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
@@ -311,8 +316,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// As long as all faces near the head face its centre, the surface there is star-shaped and cannot intersect itself.
-/// Faces that face away (the other side of a thin wall, or an undercut) are tested individually.
+/// Prevents self-intersection of the surface. While all faces near the head face its centre, the surface is star-shaped
+/// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are tested.
 void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
   const glm::vec3 axis(head.R_WT[2]);
@@ -327,7 +332,7 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
       const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
       if (cosine < most) continue;
-      // Moved vertices lie on the head or are connected to it, so an unchanged face matters only near the head.
+      // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
       const bool changed = is_affected(f);
       const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
       if (!head.head.may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
@@ -336,7 +341,8 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
       suspects_.push_back(f);
       for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
     }
-    // Where the surface folds, faces that face the head may intersect faces that face away.
+    // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
+    // vertex with a face that faces away are tested too.
     if (!suspects_.empty()) {
       const std::size_t looking_away = suspects_.size();
       for (const Affected& a : affected_) {
@@ -381,7 +387,8 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) 
   }
 }
 
-/// Collapses an edge if no face rotates far, no face becomes too large, and the volume hardly changes.
+/// Collapses an edge unless a face would rotate too far or become too large or too flat, or the volume would change too
+/// much. Returns true if the edge was collapsed.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -390,7 +397,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
-  double volume = 0;  // m³ · 6, volume added to the solid
+  double volume = 0;  // m³ · 6, six times the volume that is added to the solid
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
     volume += volume6(to, b, d, to) - volume6(from, b, d, to);
@@ -438,13 +445,13 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  const double volume = volume6(a, d, c, b);  // m³ · 6, volume added to the solid
+  const double volume = volume6(a, d, c, b);  // m³ · 6, six times the volume that is added to the solid
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
       if (mesh::crossed_by(mesh, mesh::corners(mesh, h), [&](Index k) { return k != h; }) == kNone) continue;
-      mesh.flip(f, 1);  // f is now a, d, c: its edge 1 is the flipped one
+      mesh.flip(f, 1);  // undoes the flip: f now has the corners a, d, c, and its edge 1 is the flipped edge
       return false;
     }
   }
@@ -454,7 +461,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   return true;
 }
 
-/// Collapses short edges and flips the longest edges of slivers among the changed faces.
+/// Repairs the changed faces: collapses short edges, and flips the longest edge of each sliver.
 void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   for (const Affected& a : affected_) {
@@ -468,7 +475,7 @@ void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double e
       if (length2[i] > length2[longest]) longest = i;
     }
     if (length2[shortest] < shortest2) {
-      // A vertex that the head has not moved keeps its position.
+      // Prefers to keep the vertex that the head has not moved.
       const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
       if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
           collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
@@ -481,8 +488,8 @@ void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double e
   }
 }
 
-/// Merges a vertex that had to stay inside the head into a neighbour on the head's surface. Returns false if no
-/// neighbour is suitable.
+/// Removes a vertex that could not leave the head by merging it into a neighbour, if possible one on the head's
+/// surface. Returns false if there is no suitable neighbour.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   for (int tries = 0; tries < 2; ++tries) {
@@ -491,7 +498,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
     bool keeps_first = false;
     double nearest2 = 1e300;
     mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // tries first the edge that begins in v, then the edge that ends in v
+      for (const bool before : {false, true}) {  // first the edge that starts in v, then the edge that ends in v
         const int i = before ? (c + 2) % 3 : c;
         const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
         const double far2 = edge2(mesh, f, i);

@@ -1,5 +1,6 @@
-// Cuts a mesh with a head by moving the mesh's vertices (paper S4 in docs/papers.md, section 3), with additions: the
-// mesh is refined first, vertices move in a direction that stays in the solid, and slivers are repaired afterwards.
+// Cuts a mesh by moving the vertices that are inside the head (paper S4 in docs/papers.md, section 3). Additions to the
+// paper: the mesh is refined first, vertices move in a direction that stays inside the solid, and slivers are repaired
+// afterwards.
 #pragma once
 
 #include <memory>
@@ -13,58 +14,59 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut with their reasons. Lengths are multiples of the edge length that the head requires.
+/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length that the head requires.
 struct CutParameters {
-  // Upper limit of an edge's length; a longer edge is split (Botsch & Kobbelt 2004).
+  // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
-  static constexpr double shortest = 0.35;  // lower limit of an edge's length; a shorter edge is collapsed
-  // Length of a step of the head, as a ratio to the edge length. It is so short that no face rotates far in one step.
+  static constexpr double shortest = 0.35;  // shortest edge; a shorter edge is collapsed
+  // Length of one step of the head. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
-  // Limit of a vertex's displacement in a step; a vertex that would move farther belongs to another wall.
+  // Largest displacement of a vertex in one step. A vertex that would move farther belongs to another wall, and does
+  // not move.
   static constexpr double farthest = 3;
-  // lower limit of the cosine between a face's normals before and after a step
+  // smallest cosine between the normals of a face before and after a step
   static constexpr double least_turn = 0.2;
-  // Lower limit of the cosine between a face's normal and the head's normal; above this limit, the face may rotate
-  // farther.
+  // Exception for faces that end parallel to the head: if the cosine between the face's normal and the reversed normal
+  // of the head is above this limit, the face may rotate farther.
   static constexpr double faces_head = 0.3;
-  // lower limit of the cosine between two faces at one vertex; above this limit, they are not tested for intersection
+  // limit of the cosine between the normals of two faces at one vertex; above it, they are not tested for intersection
   static constexpr double same_way = 0.6;
-  // lower limit of a triangle's height over its longest edge, as a ratio; a flatter triangle is a sliver
+  // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
-  // m, limit of the overlap of a vertex that counts as lying on the head's surface
+  // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
-  // lower limit of the cosine between two faces whose common edge may be flipped
+  // smallest cosine between the normals of two faces whose common edge may be flipped
   static constexpr double same_plane = 0.9;
-  // Lower limit of the cosine between a face's normals before and after the repair of a sliver.
+  // Smallest cosine between the normals of a face before and after the repair of a sliver.
   static constexpr double least_turn_in_mending = 0.5;
-  // limit, as a ratio to edge³, of the volume that may change when a vertex that folds the surface is removed
+  // largest change of volume when a vertex inside the head is merged into a neighbour, as a ratio to edge³
   static constexpr double most_given = 0.2;
-  // limit, as a ratio to edge³, of the volume that may change when a sliver is repaired
+  // largest change of volume when a sliver is repaired, as a ratio to edge³
   static constexpr double most_volume = 0.02;
 };
 
-/// The tissue labels before the first cut; null if there is only one tissue.
+/// The tissue labels of the volume before the first cut; null if there is only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
-  PerTissue removed{};   // m³
-  bool changed = false;  // the mesh changed
-  bool held = false;     // vertices stayed inside the head, because of a thin wall or a border
+  PerTissue removed{};   // m³, removed volume of each tissue
+  bool changed = false;  // true if the mesh has changed
+  bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
-/// Buffers are allocated in the constructor. Equal meshes and equal cuts give equal bits.
+/// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
 class MeshCutter {
  public:
   MeshCutter() = default;
   /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// Moves the head from A to B in straight steps. At A the head must overlap no tissue. `edge`: m, edge length of
-  /// the resulting surface.
+  /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
+  /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The algorithm as printed in the paper: vertices inside the head at B move away from its centre or axis. It
-  /// neither splits nor repairs.
+  /// The algorithm as printed in the paper: vertices inside the head at B move away from its centre or axis. No face is
+  /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -76,10 +78,10 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³, six times the signed volume between the face and the head's centre
-    dvec3 normal;    // normal of the face, multiplied by twice its area
+    double volume6;  // m³, six times the volume of the tetrahedron formed by the face and the head's centre, with sign
+    dvec3 normal;    // normal of the face; its length is twice the face's area
   };
-  /// A head at one pose.
+  /// A head at a given pose.
   struct Placed {
     const VertexHead& head;
     dvec3 p;
@@ -128,20 +130,22 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t look_ = 0;
-  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // number of the last search that visited the vertex or face
-  std::vector<std::uint32_t> place_of_;                 // for a visited vertex that moves: index in moved_
+  // for each vertex or face: number of the last search that visited it
+  std::vector<std::uint32_t> vertex_seen_, face_seen_;
+  std::vector<std::uint32_t> place_of_;  // for a visited vertex that moves: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // for a vertex: the last search in which one of its faces faced away from the head
+  // for each vertex: number of the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_
-  std::vector<std::uint32_t> overlapping_;                // indices in near_
+  // indices of near_: faces whose bounding balls overlap the ball of the face under test
+  std::vector<std::uint32_t> overlapping_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // true if a face near the head faces away from the head
+  bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
 };
 
-/// Six times the signed volume between a triangle and a point.
+/// Returns six times the signed volume of the tetrahedron formed by a triangle and a point.
 inline double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& p) noexcept {
   return glm::dot(a - p, glm::cross(b - p, c - p));
 }

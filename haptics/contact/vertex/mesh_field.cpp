@@ -14,11 +14,11 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels, limit: for a sample nearer than this to a face, the value is computed from this face
+// voxels; the value of a sample that is nearer than this to a face is computed from the face
 constexpr double kNear = 2.5;
 
-/// The nearest point of a face to p, and the feature on which the point lies: 0 to 2 a corner, 3 to 5 an edge, 6 the
-/// interior (Ericson 2005, section 5.1.5).
+/// The point of a face nearest to p, and the feature on which this point lies: a corner (0 to 2), an edge (3 to 5) or
+/// the interior (6) (Ericson 2005, section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -49,7 +49,8 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// The pseudonormal at a corner, an edge or a face; it distinguishes inside from outside (Baerentzen & Aanaes 2005).
+/// Returns the pseudonormal at a corner, an edge or the interior of a face. Its direction decides whether a point is
+/// inside or outside (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -70,16 +71,17 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  std::array<float, kApron * kApron * kApron> before;  // the present field, with one more sample on every side
+  // the field before the update, with one additional sample on every side
+  std::array<float, kApron * kApron * kApron> before;
   std::array<float, kEdge * kEdge * kEdge> value;
-  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 unknown
+  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // side of each sample: -1 inside, 1 outside, 0 unknown
 };
 std::size_t at(int x, int y, int z) {
   return static_cast<std::size_t>((x * kEdge + y) * kEdge + z);
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Computes the block's samples that lie near a face.
+/// Computes the samples of the block that are near a face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -120,7 +122,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Samples that are far from all faces get the side of their neighbours.
+/// Gives samples far from all faces the side (inside or outside) of their neighbours.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -143,7 +145,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Samples outside the blocks have not changed.
+      // Samples outside the updated blocks have not changed, so their sign is still correct.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -169,7 +171,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // the sample was tissue before, but its neighbours are outside
+      // the sample was tissue before the cut, and is now outside
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

@@ -6,12 +6,12 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Bounds on a step of the head, in metres. `only_no_deeper`: bounds that the head overlaps only prevent deeper
-/// overlap.
+/// Adapts bounds on a step of the head to the active-set solver, in metres. `only_no_deeper`: bounds that the head
+/// already overlaps only prevent a deeper overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
-  // these limits suit neighbouring vertices on a fine mesh
+  // Lower limits below which a linear system counts as singular; the values suit neighbouring vertices of a fine mesh.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)
@@ -22,7 +22,7 @@ class StepBounds {
     return glm::dot(bound.n, step) + (only_no_deeper_ ? std::max(bound.gap, 0.0) : bound.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    double least = -1e-12;  // m
+    double least = -1e-12;  // m, tolerance by which a bound may be violated
     int worst = -1;
     for (int i = 0; i < static_cast<int>(bounds_.size()); ++i) {
       if (const double e = excess(plane(i), step); e < least) least = e, worst = i;

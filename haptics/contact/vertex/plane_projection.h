@@ -1,4 +1,4 @@
-// Limits the head's step towards the hand by the vertices around the head.
+// Limits a step of the head towards the hand, by bounds from the vertices around the head.
 #pragma once
 
 #include <span>
@@ -7,15 +7,15 @@
 
 namespace typodont::haptics::vertex {
 
-/// A bound of the head's step: n·step >= -gap.
+/// A linear bound on a step of the head: n·step >= -gap.
 struct StepBound {
-  dvec3 n;     // unit, direction in which the head is pushed
-  double gap;  // m, negative if the head overlaps
+  dvec3 n;     // unit direction in which the point pushes the head
+  double gap;  // m, distance between point and head; negative if they overlap
 };
 
-/// The step nearest to `wanted` that satisfies all bounds (dual active set: Goldfarb & Idnani 1983). If no such step
-/// exists, bounds that the head overlaps only prevent deeper overlap. `active`: receives the bounds that hold the
-/// head.
+/// Returns the step nearest to `wanted` that satisfies all bounds (dual active-set method: Goldfarb & Idnani 1983). If
+/// there is no such step, bounds that the head already overlaps only prevent a deeper overlap. `active`: the bounds
+/// that limit the result.
 dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

@@ -18,7 +18,7 @@ double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
   return CutParameters::longest * finest;
 }
 
-/// The labels of the whole volume; null if there is only one tissue.
+/// Returns the labels of the whole volume, or null if there is only one tissue.
 SharedLabels labels_of(const TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -66,7 +66,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // The region that the head may have reached, plus the samples whose distance may have changed.
+  // The region that the head may have passed, plus the samples whose distance may have changed.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -86,8 +86,8 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Brush strokes belong to the field (rasterize()). The list of strokes also contains them, between the strokes of
-/// the mesh.
+/// Adds new brush strokes to the list of strokes. Brush strokes exist only in the field (rasterize()); in the list they
+/// are placed between the strokes of the mesh, for undo.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -96,7 +96,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // removes brush strokes that met no tissue
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // removes brush strokes that changed nothing
 }
 
 void VertexBody::begin_stroke() {
@@ -171,7 +171,7 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // The first snapshot that the model returns has no buffers yet.
+  // The first snapshot from the model has no buffers for cutting yet.
   fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }
@@ -181,7 +181,7 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Applies the recorded cuts to the snapshot in their order, which gives the same bits.
+/// Applies the recorded cuts to the snapshot in the same order, so that its mesh has the same bits.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);
@@ -190,7 +190,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  volume_.end_stroke();  // changes by cuts do not belong to a brush stroke
+  volume_.end_stroke();  // the changes by cuts must not become a part of a brush stroke
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();
   return volume_;

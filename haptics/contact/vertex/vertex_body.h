@@ -1,5 +1,5 @@
-// The part of the contact model "vertex" that runs on the carver thread: the mesh, its strokes, and the field computed
-// from it.
+// The part of the contact model "vertex" that runs on the carver thread. It owns the mesh, its strokes for undo, and
+// the field that is computed from the mesh.
 #pragma once
 
 #include <deque>
@@ -16,11 +16,11 @@
 
 namespace typodont::haptics::vertex {
 
-/// The whole mesh with the data needed to cut it.
+/// A copy of the whole mesh, with the buffers needed to cut it.
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // for each vertex: index in the model's list of samples
+  std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the model's list of samples
 };
 
 struct KeyLess {
@@ -28,7 +28,7 @@ struct KeyLess {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
-/// Blocks of 8³ samples of the field, by their index along each axis.
+/// Blocks of 8³ samples of the field. A block is identified by its index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
 /// Carver thread. Cuts change only the mesh; the field is updated on request.
@@ -37,7 +37,7 @@ class VertexBody final : public TissueBody {
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Is never called, because the model refuses filling instruments.
+  /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override;
@@ -56,26 +56,27 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// Volume removed by all cuts up to now, undone ones included, m³.
+  /// Returns the volume of each tissue that all cuts have removed, m³. Undone cuts count too.
   const PerTissue& removed() const { return removed_; }
 
  private:
   struct Stroke {
     mesh::MeshRecord record;
-    PerTissue removed{};   // m³
-    FieldBlocks blocks;    // blocks that the stroke may have changed
-    bool painted = false;  // true: the stroke painted tissue, which only the field stores
+    PerTissue removed{};   // m³, removed volume of each tissue
+    FieldBlocks blocks;    // blocks of the field that the stroke may have changed
+    bool painted = false;  // true: the stroke painted tissue; only the field stores this
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
 
   TissueVolume volume_;
-  std::size_t strokes_before_;  // number of strokes that the volume had at the start; the mesh does not contain them
+  // number of strokes that the volume contained at the start; they are not in the list of strokes
+  std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, edge length required by each head
+  std::vector<double> edges_;  // m, for each head: the edge length that it requires
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
   SharedLabels labels_;
@@ -83,12 +84,13 @@ class VertexBody final : public TissueBody {
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
-  std::vector<Cut> written_;                   // cuts since remember_writes(true)
-  FieldBlocks unseen_;                         // blocks that changed, but are not updated in the field yet
-  std::optional<mesh::SurfacePieces> pieces_;  // surface for pictures; created at the first request
+  std::vector<Cut> written_;  // cuts since remember_writes(true)
+  // blocks that cuts have changed but that are not updated in the field yet
+  FieldBlocks unseen_;
+  std::optional<mesh::SurfacePieces> pieces_;  // surface for the renderer; created at the first request
 };
 
-/// Executes a cut. Servo and carver call this function, so both get the same bits.
+/// Executes a cut. Servo and carver both call this function, so their meshes stay equal bit by bit.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

@@ -13,8 +13,8 @@ VertexHead::VertexHead(const Tool& tool)
       reach_(tool.reach()),
       half_(tool.half()) {}
 
-/// The distance is convex along a line. So Newton's method, started outside, converges to the surface without
-/// overshooting.
+/// Computes the distance by Newton's method. Along a line the distance from the head is a convex function. So an
+/// iteration that starts outside converges to the surface without overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
@@ -32,7 +32,7 @@ double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const n
 
 dvec3 VertexHead::as_printed(const dvec3& p) const noexcept {
   const bool round_end = tool_.shape == HeadShape::kRoundEndCylinder;
-  const double low = radius_ - tool_.half();  // height of the centre of a round end
+  const double low = radius_ - tool_.half();  // height of the centre of a round end, in the tool frame
   if (ball_ || (round_end && p.z < low)) {
     const dvec3 c = ball_ ? dvec3(0) : dvec3(0, 0, low);
     const double length = glm::length(p - c);

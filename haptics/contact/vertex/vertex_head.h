@@ -1,4 +1,4 @@
-// A head in any pose that pushes vertices out of its inside (paper S4, section 3).
+// A head at any pose, which moves vertices out of its inside (paper S4, section 3).
 #pragma once
 
 #include <cmath>
@@ -13,28 +13,28 @@ class VertexHead {
   explicit VertexHead(const Tool& tool);
 
   bool is_ball() const noexcept { return ball_; }
-  /// The head's meridian in metres. A ball's distances need no meridian.
+  /// Returns the distance field of the head's meridian, in metres. A ball does not need it.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
-  /// Distance from the origin to the farthest point of the head, m.
+  /// Returns the distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }
 
-  /// Half the size of the box around a head with this axis (unit vector), m, W.
+  /// Returns half the size of the bounding box of a head with this axis (unit vector), in metres and frame W.
   dvec3 half_box(const dvec3& axis_W) const noexcept {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// Returns false only if a point at `off` from the head's centre is farther than `far` from the head; otherwise the
-  /// point may be nearer. Cheaper than distance(). `off` may be up to 1 cm long.
+  /// Quick test, cheaper than distance(). Returns false only if a point at `off` from the head's centre is certainly
+  /// farther than `far` from the head. If it returns true, the point may be near or far. `off` may be up to 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
-    constexpr float kRounding = 1e-8f;  // m, rounding error of floats
+    constexpr float kRounding = 1e-8f;  // m, bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
     return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
   }
 
-  /// Signed distance to the surface, negative inside, and its unit gradient.
+  /// Returns the signed distance to the head's surface, negative inside, and its unit gradient `n_T`.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
     if (!ball_) return field_.distance(p_TQ, n_T);
     const double length = glm::length(p_TQ);
@@ -44,17 +44,19 @@ class VertexHead {
   double distance(const dvec3& p_TQ) const noexcept {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
-  /// Distance from an inner point to the surface, m, along a unit direction.
+  /// Returns the distance from a point inside the head to the surface along the unit direction `way_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Target of an inner point by the rule that the paper prints. The point moves away from the centre of a ball (3.1)
-  /// or of the lower half ball of a round-ended head, otherwise away from the axis at its height (3.3), (3.6).
+  /// Returns the target of a point inside the head by the rule printed in the paper. Inside a ball (3.1), or inside the
+  /// lower half ball of a round-ended head, the point moves away from the centre. Otherwise it moves away from the axis
+  /// at the same height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:
   Tool tool_;
   HeadField field_;
   bool ball_;
-  double radius_, reach_, half_;  // m
+  // m; radius_: largest radius; reach_: distance to the farthest point; half_: half the length
+  double radius_, reach_, half_;
 };
 
 }  // namespace typodont::haptics::vertex

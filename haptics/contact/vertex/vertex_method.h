@@ -1,4 +1,4 @@
-// "vertex": a triangle mesh whose vertices the head pushes away (paper S4 in docs/papers.md).
+// The contact model "vertex": a triangle mesh whose vertices the head pushes away (paper S4 in docs/papers.md).
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@ namespace typodont::haptics::vertex {
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;          // m, edge length of the surface that a head produces; 0: a sixth of the head's radius
-  bool as_printed = false;  // true: uses the rules as printed in the paper, see README.md
+  double edge = 0;                       // m, edge length of the cut surface; 0: a sixth of the head's radius
+  bool as_printed = false;               // true: uses the rules as printed in the paper (README.md)
   std::optional<ForceFilterLaw> filter;  // force filter of paper S4, figure 5
-  std::size_t spare = 200'000;           // number of vertices that cutting may add
+  std::size_t spare = 200'000;           // number of vertices for which memory is reserved; cuts may add this many
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };
 
-/// Reads {"edge_mm": 0.1, "as_printed": false, "filter": {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3},
-/// "spare_vertices": 200000}. Throws Error.
+/// Creates the method from its parameters in a scene file, for example {"edge_mm": 0.1, "as_printed": false, "filter":
+/// {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3}, "spare_vertices": 200000}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::vertex

@@ -16,18 +16,20 @@ using P = FeelParameters;
 
 namespace {
 
-constexpr std::size_t kMostFaces = 1 << 17;  // limit of the number of faces near the head
-constexpr double kNextShell = 4;             // ratio of the width of a search shell to the width of the previous shell
-constexpr int kMostParts = 64;               // limit of the number of parts into which a face's edge is divided
+constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
+constexpr double kNextShell = 4;             // ratio of the widths of two successive search shells
+// upper limit of the number of parts into which an edge of a face is divided
+constexpr int kMostParts = 64;
 
-/// The face's normal, multiplied by twice its area.
+/// Returns the normal of the face; its length is twice the face's area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Number of parts into which a face's edges are divided, so that no part is longer than an edge that would be split.
+/// Returns the number of parts into which the edges of a face are divided. A part is not longer than the longest edge
+/// that a cut would leave unsplit.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // The bounding ball shows quickly whether a face is small.
+  // The bounding ball shows quickly that a small face needs no division.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -63,8 +65,8 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The new mesh lacks the cuts that were made since it was copied. After an undo, these cuts may remove more or less
-  // than the first time.
+  // The new mesh lacks the cuts that the servo made after it was copied, so these cuts are repeated in it. After an
+  // undo, they may remove another volume than before.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -80,8 +82,8 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   found_ = touching_ = false;
 }
 
-/// Collects the vertices within `margin` of a head; for faces larger than `edge`, also the vertices that refining would
-/// add.
+/// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
+/// refinement would add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   ++t_search_counts.vertices;
   const EditableMesh& mesh = snapshot_.mesh;
@@ -104,7 +106,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
-      if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that the vertex stores
+      if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that is stored in it
       if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
@@ -123,7 +125,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; j <= n - i; ++j) {
         const int k = n - i - j;
-        if (i == n || j == n || k == n) continue;  // the point is a vertex
+        if (i == n || j == n || k == n) continue;  // this point is a vertex, which is already in the list
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
         if (is_far(at)) continue;
@@ -134,8 +136,8 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   keep_within(head, X, margin, vertices);
 }
 
-/// Removes those points from index `first` on that are farther than `margin` from a head that is not a ball. (Points
-/// far from a ball have not been added.)
+/// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
+/// because such points were not added to its list.
 void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
   if (head.is_ball() || first == samples_.size()) return;
   candidates_.clear();
@@ -155,12 +157,12 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
   return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
 }
 
-/// Largest displacement of any point of the head since the points were listed, m.
+/// Returns the largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
   return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X, unless the present list suffices.
+/// Lists the points near the head at X, unless the present list is still valid.
 void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -171,7 +173,7 @@ void VertexModel::list_where_needed(const Pose& X) noexcept {
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
-  if (eases_ && eased_ != dvec3(0)) return 0;  // a force is still fading
+  if (eases_ && eased_ != dvec3(0)) return 0;  // the force of the last contact is still fading
   list_where_needed(X_WG);
   const double reach = head().reach();
   if (!points_.empty()) {
@@ -179,7 +181,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
-    // Tests the nearest points first, then those in wider and wider shells.
+    // Tests the nearest points first, then those in wider and wider shells around the head.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
         room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
@@ -188,7 +190,8 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (room <= within || within >= listed) return room;
     }
   }
-  // No point is near; the faces then give a larger clearance than the listed points.
+  // No listed point is near. The bounding balls of the faces then give a clearance that may be larger than the range of
+  // the list.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -208,10 +211,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Computes the springs of the vertices that a head at X pushes after a motion by the probe's length along the unit
-/// vector `pull` (S4, 4.2). A ball is evaluated at its new position. For another head, depth and direction are linear
-/// in the motion, with the head's distance and normal at X: if a head is as thin as the motion is long (the tip of a
-/// cone), exact values would push vertices out on the far side.
+/// Computes the springs of the vertices that a virtual motion of the head would push (S4, 4.2). The head at X moves by
+/// the probe length along the unit vector `pull`. A ball is evaluated at its new position. For any other head, depth
+/// and direction are extrapolated linearly from the distance and normal at X. With exact values, a head that is thinner
+/// than the motion is long (the tip of a cone) would push vertices out on the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -224,14 +227,14 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double distance = distances_.distance(i);
     const dvec3 n = distances_.normal_W(i), off = points_[distances_.point(i)] - X.p;
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
-    // m, signed distance of the vertex from the head after the motion; negative inside the head
+    // m, signed distance of the vertex from the head after the virtual motion; negative inside the head
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const double depth = sample.area * d;  // m³, negative
+    const double depth = sample.area * d;  // m³, area × depth; negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
-    // for a ball, all forces pass through the centre and give no torque
+    // The forces on a ball all pass through its centre, so they give no torque.
     if (!is_ball) sum.torque += glm::cross(off, push);
     sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
     sum.weight -= depth;
@@ -243,8 +246,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the force's change for a bur that becomes free far from the hand, or that continues where the mesh could
-/// not yield. The force then changes only slightly faster than the hand's motion changes it.
+/// Limits the rate of change of the force for a bur that loses contact far from the hand, or that continues where the
+/// mesh could not yield. The force then changes only slightly faster than the motion of the hand changes it.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -256,8 +259,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Computes spring and damper (paper S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`,
-/// `torque`: force and torque of the springs.
+/// Sets the result: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1, 4.4, 4.5).
+/// The damper acts along the force and never pulls.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -287,8 +290,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // Without slack, a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because the mesh could
-  // not yield, this tissue only prevents deeper overlap.
+  // With zero slack, a head with a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because
+  // the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
     list_where_needed({p, in.X_WT.R});
@@ -304,8 +307,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.depth = depth;
   const dvec3 way = pull / depth;
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
-  // The springs determine the direction and the stiffness of the tissue. A head whose sides are nearly parallel to
-  // the pull (a cone) is pushed in opposite directions, so the sum of its springs would be too small.
+  // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
+  // nearly parallel to the pull (a cone), the springs push in opposite directions, and their sum would be too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
@@ -314,7 +317,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// The rest of the last force fades if a bur caused it.
+/// Without contact: lets the force of the last contact fade, if a bur caused it.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -327,7 +330,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The algorithm as printed: the head is at the hand, and each vertex inside the head pushes back.
+/// The algorithm as printed in the paper: the head is at the hand, and each vertex inside the head pushes back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -337,7 +340,8 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = samples_[i];
     const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));  // previous minus updated position
+    // old position of the vertex minus its target position
+    const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
     sum.force += push;

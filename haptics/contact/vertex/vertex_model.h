@@ -1,5 +1,5 @@
 // The part of the contact model "vertex" (README.md) that runs on the servo thread. The vertices keep the head outside
-// the tissue. The force comes from springs on the vertices that the head would push.
+// the tissue. The force comes from springs on the vertices that a small virtual motion of the head would push.
 #pragma once
 
 #include <vector>
@@ -12,35 +12,35 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of contact and force; most are fractions of the head's radius.
+/// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // depth at which the springs are evaluated, as a ratio to the head's radius: many vertices then lie inside the
-  // head, but none behind its centre
+  // Depth of the virtual motion at which the springs are evaluated, as a ratio to the head's radius. It is large enough
+  // to include many vertices, and small enough that no vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack = 0.01;  // allowed overlap of a head that is not a ball, as a ratio to its radius
-  // limit of the springs' transverse force, as a ratio to the force along the pull
+  // upper limit of the springs' transverse force, as a ratio to the force along the pull
   static constexpr double most_aside = 0.25;
-  static constexpr double ease = 15;  // N/s, limit of the change of a bur's force while the hand rests
-  // lower limit of a displacement that is cut at once, as a ratio to the edge length, so that not every tick cuts
+  static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
+  // Shortest displacement that is cut at once, as a ratio to the edge length. With shorter ones, every tick would cut.
   static constexpr double sweep = 0.04;
-  // Lower limit of the displacement that a dragged edge cuts at once, as a ratio to the edge length; an edge stores
-  // little energy.
+  // Shortest displacement that an edge without rotation cuts at once, as a ratio to the edge length. It is very short,
+  // because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
-  // upper limit of a displacement that is cut at once, as a ratio to the edge length
+  // longest displacement that is cut at once, as a ratio to the edge length
   static constexpr double stride = 0.5;
-  // The cutting edge of a hand instrument advances in a tick by less than neighbouring vertices differ in height. So
-  // the edge meets only a fraction of the area that the springs represent. This fraction is measured as a running
-  // mean. met_weight: weight of a new measurement; least_met: lower limit of the fraction.
+  // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
+  // neighbouring vertices. So it meets only a fraction of the area that the springs represent. This fraction is
+  // measured as a running mean. met_weight: weight of a new measurement; least_met: lower limit of the fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // Distance to the nearest point, as a ratio to the radius; a head closer than this cannot move freely.
+  // A head whose distance to the nearest point is smaller than this cannot move freely. Ratio to the head's radius.
   static constexpr double touches = 0.01;
-  static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
+  static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
 class VertexModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because vertices only recede.
+  /// Throws Error for a filling instrument, because vertices can only recede.
   VertexModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -59,20 +59,20 @@ class VertexModel final : public ContactModel {
 
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
-  /// A contact point near the head: a vertex, or a point that refining a large face would add.
+  /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
-    double area;    // m², area that the point represents: a third of the triangles around it
-    mesh::Index v;  // index of the vertex; kNone: the point is not a vertex of the mesh
+    double area;    // m², area that the point represents, a third of the area of the triangles around it
+    mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
     Tissue tissue;
   };
-  /// Sums over the vertices inside a head.
+  /// Sums over the vertices that push the head.
   struct Springs {
-    dvec3 force{0}, torque{0};  // N and N·m, each times the vertex's area in m²
-    double area = 0;            // m² that the vertices represent
-    double across = 0;          // m², projected along the pull
-    double sum = 0;             // N·m², sum of the magnitudes of the springs' forces
-    double weight = 0;          // m³, area × depth
-    PerTissue tissue{};         // weighted by area × depth
+    dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
+    double area = 0;            // m², area that the vertices represent
+    double across = 0;          // m², area projected along the pull
+    double sum = 0;             // N·m², sum of the magnitudes of the forces
+    double weight = 0;          // m³, sum of area × depth
+    PerTissue tissue{};         // m³, sum of area × depth for each tissue
     int count = 0;
   };
 
@@ -96,25 +96,25 @@ class VertexModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   VertexSnapshot snapshot_;
-  std::vector<VertexHead> heads_;  // heads, one per tool
-  std::vector<double> edges_;      // m, edge length required by each head
+  std::vector<VertexHead> heads_;  // heads, one for each tool
+  std::vector<double> edges_;      // m, for each head: the edge length that it requires
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};         // N, the last force after the filter
-  bool eases_ = false;        // the bur has cut since it was last free
-  dvec3 eased_{0};            // N, the last force before the filter
+  dvec3 filtered_{0};         // N, force of the last tick after the filter
+  bool eases_ = false;        // true if the bur has cut since it was last free; eased() then limits its force
+  dvec3 eased_{0};            // N, force of the last tick before the filter
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // one for each point in points_
-  bool found_ = false;           // the list of points belongs to found_at_, and the mesh has not changed since
+  std::vector<Sample> samples_;  // properties of the points in points_, in the same order
+  bool found_ = false;           // true if the list of points belongs to found_at_ and the mesh has not changed since
   Pose found_at_;
-  bool touching_ = false;  // the last constrain() found contact, at touching_at_
-  dvec3 touching_at_{0};   // m
+  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
   HeadFollower follower_{kMostSamples};
   HeadDistances distances_{kMostSamples};
   std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
-  double met_ = 1;  // for an edge that the hand drags: removed volume divided by (area × displacement), smoothed
+  double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
   RecentCuts<MadeCut> made_;
 };
 

@@ -10,7 +10,7 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Uses the field of the model "offset", but a cut clears whole voxels.
+/// Uses the distance field of the contact model "offset", but a cut removes whole voxels.
 class VoxelBody final : public offset::FieldBody {
  public:
   using FieldBody::FieldBody;

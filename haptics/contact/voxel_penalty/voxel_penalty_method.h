@@ -1,5 +1,5 @@
-// "voxel_penalty": tests samples of the head against full and empty voxels, computes the force by springs and dampers,
-// and removes whole voxels.
+// The contact model "voxel_penalty": tests samples of the head's surface against full and empty voxels, computes the
+// force by springs and dampers, and removes whole voxels.
 #pragma once
 
 #include "haptics/contact_method.h"
@@ -9,13 +9,13 @@ namespace typodont::haptics::voxel_penalty {
 inline constexpr std::string_view kName = "voxel_penalty";
 
 struct Parameters {
-  int samples = 64;  // number of points on the head's surface, 8 to 1024
-  // limit of the number of contacts; with more contacts, their forces are averaged (McNeely 1999, sec. 5.2); 1 to
-  // 1024
+  int samples = 64;  // number of samples on the head's surface, 8 to 1024
+  // If more samples than this are in contact, their forces are averaged (McNeely 1999, sec. 5.2); 1 to 1024.
   int shared_load = 10;
 };
 
-/// Reads {"samples": 64, "shared_load": 10}. Throws Error.
+/// Creates the method from its parameters in a scene file, for example {"samples": 64, "shared_load": 10}. Throws
+/// Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::voxel_penalty

@@ -13,24 +13,26 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Factor on the springs of the samples. The mean depth of the samples is less than the head's depth: half of it for a
-/// ball, nearly all of it for a flat end. With this factor, a head pressed into a flat wall by a quarter of its width
-/// has the scene's stiffness, as a mean over all directions. `reach`: distance of the head's farthest point, in the
-/// samples' unit.
+/// Returns a factor for the springs of the samples. The mean depth of the samples is smaller than the depth of the
+/// head: half of it for a ball, nearly all of it for a flat end. With this factor, a head that is pressed into a flat
+/// wall by a quarter of its width has the scene's stiffness, on average over all directions. `reach`: distance of the
+/// head's farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  constexpr double kPressed = 0.5;  // ratio of the depth to the smallest distance from the head's centre to a sample
+  // pressed depth, as a ratio to the smallest distance from the head's centre to a sample
+  constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
   const double depth = kPressed * width;
   double sum = 0;
   for (const HeadSample& side : samples) {
-    const dvec3 in = side.n_T;  // direction into the wall
+    const dvec3 in = side.n_T;  // unit direction into the wall
     double lowest = -reach;
     for (const HeadSample& s : samples) lowest = std::max(lowest, glm::dot(in, s.p_TQ));
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // The depth along the sample's normal times its projection onto the wall's normal is the depth below the wall.
+      // Depth of the sample below the wall. It equals the depth along the sample's own normal, projected onto the
+      // wall's normal.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
@@ -54,7 +56,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels, distance from a full voxel's centre within which the voxel may extend, at least √3/2
+  // voxels; a point may be inside a full voxel only if it is nearer than this to the voxel's centre (at least √3/2)
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
@@ -81,7 +83,7 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Depth of x inside full voxels along a unit vector, at most `most`. The search steps from voxel face to voxel face
+/// Returns the depth of x inside full voxels along a unit vector, at most `most`. The search steps from voxel to voxel
 /// (Amanatides & Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
@@ -103,7 +105,7 @@ double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double m
   return std::min(depth, most);
 }
 
-/// Finds the samples of a head at X_VT (voxels) that lie in full voxels.
+/// Finds the samples of a head at X_VT (voxels) that are inside full voxels.
 void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
   count_ = 0;
   c_ = X_VT.p;
@@ -135,9 +137,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Each sample pushes along its own normal, in proportion to its depth. If more than `shared_load` samples are in
-/// contact, their forces are averaged, so the stiffness does not grow with the number of samples (McNeely, Puterbaugh
-/// & Troy 1999, sec. 5.2). The damper acts only against the hand's approach.
+/// Adds the forces of the springs. Each sample pushes along its own normal, in proportion to its depth. If more than
+/// `shared_load` samples are in contact, their forces are averaged; so the stiffness does not grow with the number of
+/// samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only while the hand approaches.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -159,8 +161,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// Moves the head out of the tissue along the force until the head just touches, then back in as far as the energy
-/// pays for. Clears all voxels whose centres the head then covers.
+/// First moves the head out of the tissue along the force until it just touches. Then moves it back in as far as the
+/// energy allows. Removes all voxels whose centres the head then covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
@@ -169,7 +171,8 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  PerTissue hardened;  // voxels³ × hardness, the volume to which the specific energy applies
+  // voxels³ × hardness, removed volume of each tissue weighted by its hardness; it determines the cutting energy
+  PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.spindle};

@@ -1,5 +1,5 @@
-// The part of the contact model "voxel_penalty" that runs on the servo thread. It has no proxy; the force comes from
-// springs (README.md).
+// The part of the contact model "voxel_penalty" that runs on the servo thread. It has no proxy: the force comes from
+// springs on the samples (README.md).
 #pragma once
 
 #include <vector>
@@ -9,10 +9,11 @@
 
 namespace typodont::haptics::voxel_penalty {
 
-/// Servo thread. Lengths are in voxels unless a unit is given. A voxel is full if its centre lies inside the surface.
+/// Contact model for the servo thread. Lengths are in voxels unless a unit is given. A voxel is full if its centre is
+/// inside the surface.
 class VoxelPenaltyModel final : public PatchModel {
  public:
-  /// Throws Error for a tool that fills: this model can only remove voxels.
+  /// Throws Error for a filling instrument, because this model can only remove voxels.
   VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
 
   double clearance(const Pose& X_WG) noexcept override;
@@ -27,14 +28,14 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // samples on the head's surface; their positions p_TQ are in voxels
+    std::vector<HeadSample> samples;  // samples on the head's surface; the positions p_TQ are in voxels
     double reach;
-    double spring_scale = 1;  // factor on the samples' springs that gives the whole head the scene's stiffness
+    double spring_scale = 1;  // factor for the springs of the samples, so that the whole head has the scene's stiffness
   };
   struct Touching {
-    dvec3 x, n;       // position of the sample; the head's outward unit normal at the sample
+    dvec3 x, n;       // position of the sample in voxels, and outward unit normal of the head there
     double depth;     // voxels, depth of the sample inside full voxels
-    double area;      // m²
+    double area;      // m², area of the head that the sample represents
     Tissue tissue;    // tissue of the voxel that contains the sample
     double hardness;  // 0..1, hardness of the voxel that contains the sample
   };
@@ -51,9 +52,9 @@ class VoxelPenaltyModel final : public PatchModel {
   Parameters parameters_;
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;
-  std::vector<Touching> touching_;  // contacts of this tick; sized at set-up
+  std::vector<Touching> touching_;  // contacts of this tick; memory is allocated at set-up
   std::size_t count_ = 0;
-  dvec3 c_{0};  // position of the head's centre in this tick, V (voxels)
+  dvec3 c_{0};  // voxels, position of the head's centre in this tick, frame V
 };
 
 }  // namespace typodont::haptics::voxel_penalty

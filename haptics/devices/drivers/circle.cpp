@@ -1,15 +1,13 @@
-// The sample driver: a new device is one file like this one. The sample needs no hardware. Its hand moves in a circle
-// of the given radius in millimetres, once per second, ignores forces, and presses its pedal half of the time.
+// A sample of a driver. To support a new device, copy this file. The sample needs no hardware: its hand moves on a
+// circle with the given radius in mm, once per second, ignores forces, and presses its pedal half of the time.
 //
-//   1. Derive from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write() sends
-// the
-//      force, release() sends zero from any thread. None of them throws, allocates or locks.
+//   1. Derive a class from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write()
+//      sends the force, and release() sends zero force from any thread. None of them throws, allocates or locks.
 //   2. Open the device in a function that throws Error with a message that helps the user. Access hardware through
-// Link
-//      (link.h), so that tests can connect an emulator.
+//      Link (link.h), so that tests can connect an emulator.
 //   3. Define NAME_driver in drivers/NAME.cpp. The build finds it; `typodont devices` and --hand then know it.
 //
-// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the rig's base pose.
+// open_hand() adds limits, watchdog, ramps, thermal model, pedal and the pose of the base from the rig.
 #include <charconv>
 #include <cmath>
 

@@ -1,4 +1,5 @@
-// Driver for Force Dimension omega, sigma, lambda and Novint Falcon through libdhd or libdrd, loaded at run time.
+// Driver for the devices omega, sigma, lambda (Force Dimension) and Falcon (Novint). It loads the library libdhd or
+// libdrd at run time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,9 +60,10 @@ struct Api {
   }
 };
 
-constexpr int kMost = 16;  // limit for device indices; a larger number in an address is a serial number
+constexpr int kMost = 16;  // largest device index; a larger number in an address is a serial number
 
-/// Peak force and stiffness that the manufacturers recommend. The row is found by words in the system's name.
+/// Peak force and stiffness that the manufacturer recommends for a device. The row of a device is found by words in its
+/// system's name.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -72,7 +74,7 @@ constexpr Known kKnown[] = {{"sigma", 12, 4000, 0.4},
                             {"delta", 12, 4000, 0},
                             {"Falcon", 8, 3000, 0}};
 
-/// Describes the device that is open under `id`.
+/// Returns the description of the open device `id`.
 DeviceInfo describe(const Api& api, char id, const std::string& address, double rate) {
   const char* name = api.name ? api.name(id) : nullptr;
   DeviceInfo info{address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
@@ -94,7 +96,7 @@ FoundDevice found(int number, const DeviceInfo& info) {
   device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
   return device;
 }
-/// The reason why the last device did not open, if the library states one.
+/// Returns why the last attempt to open a device failed, if the library states a reason.
 std::string refusal(const Api& api) {
   const char* said = api.last_error ? api.last_error() : nullptr;
   return said && *said ? said : "it does not open";
@@ -121,10 +123,10 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, our cautious choice for stiff arms whose controller runs at 4 kHz
-    info_.position_step = 0.01e-3;  // m, stated by the manufacturer for the omega (unverified)
-    // The controller's own watchdog releases the motors if this process dies. Its time is in multiples of 125 µs
-    // (unverified): 16 is 2 ms; 0 would disable it.
+    info_.vibration_band = 250;     // Hz, our low estimate for stiff arms whose controller runs at 4 kHz
+    info_.position_step = 0.01e-3;  // m, value that the manufacturer states for the omega (not verified)
+    // If this process ends, the controller's own watchdog switches off the motors. Its time is in units of 125 µs (not
+    // verified), so 16 is 2 ms; 0 would switch it off.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -147,7 +149,7 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // The library returns a negative number on failure and a small positive number for "unchanged".
+    // On failure the library returns a negative number. A small positive number means "unchanged".
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {
@@ -182,7 +184,8 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
-  std::array<double, 8> joints_{};  // rad; DHD_MAX_DOF elements, of which base and wrist are used, but not the grip
+  // rad, joint angles in the order of the library (DHD_MAX_DOF elements); only base and wrist are used
+  std::array<double, 8> joints_{};
   std::size_t joint_count_ = 0;
   bool wrist_ = false;
   std::uint32_t faults_ = 0;

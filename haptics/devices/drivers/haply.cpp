@@ -18,7 +18,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// ns without a state after which a force is sent again, because the service only answers forces
+// Time in ns without a state after which a force is sent again. The service sends a state only as the answer to a
+// force.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
@@ -39,10 +40,10 @@ class HaplyDevice : public HapticDevice {
  public:
   HaplyDevice(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity, Descriptor claimed)
       : claimed_(std::move(claimed)), socket_(std::move(link), host, "/"), info_(std::move(identity)) {
-    info_.force_limit = 8;       // N, peak stated by the manufacturer (unverified)
-    info_.continuous_force = 4;  // N, our cautious choice: half the peak
-    info_.max_stiffness = 3500;  // N/m (unverified)
-    info_.vibration_band = 100;  // Hz, our cautious choice
+    info_.force_limit = 8;       // N, peak force that the manufacturer states (not verified)
+    info_.continuous_force = 4;  // N, our low estimate, half of the peak force
+    info_.max_stiffness = 3500;  // N/m (not verified)
+    info_.vibration_band = 100;  // Hz, our low estimate
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;
@@ -64,8 +65,8 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // time spent waiting for the service; does not count time in which this process did not run
-    if (!started_) release();  // requests the first state
+    Nanos waited = 0;  // ns, time spent waiting for the service, without the time in which this process did not run
+    if (!started_) release();  // sends zero force, to which the service answers with the first state
     started_ = true;
     bool fresh = false, rubbish = false;
     Nanos t = socket_.now();
@@ -86,10 +87,11 @@ class HaplyDevice : public HapticDevice {
         if (state && state->id == state_.id) {
           state_ = *state;
           fresh = true;
-          continue;  // read on, because only the newest message in the queue is used
+          continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // sends zero force, which requests the next state; sent only once, even after many invalid messages
+        // Sends zero force, to which the service answers with the next state. This is done once, even if many invalid
+        // messages arrive.
         if (!rubbish) release();
         rubbish = !state;
         continue;
@@ -97,12 +99,12 @@ class HaplyDevice : public HapticDevice {
       if (fresh && spacing_.left(t) > 0) continue;
       if (fresh) return hand_over(sample, t);
       faults_ |= bits(Fault::kBadInput);
-      release();  // no answer: request again
+      release();  // no answer came, so zero force is sent to request a state
     }
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // Must be called before the force is sent, so that the watchdog process is informed of every force
+    // This call must come before the force is sent, because the watchdog process must know of every force.
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }
@@ -133,13 +135,13 @@ class HaplyDevice : public HapticDevice {
     return frame;
   }
 
-  Descriptor claimed_;  // prevents a second program from using the same device
+  Descriptor claimed_;  // prevents other programs from using this device
   WebSocket socket_;
   DeviceInfo info_;
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  // a second process; it sends zero force if this process can no longer do so
+  // A second process that sends zero force if this process cannot do so any more.
   std::optional<WatchdogProcess> watchdog_process_;
   std::uint32_t faults_ = 0;
   bool started_ = false;
@@ -172,7 +174,7 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   const auto id_text = id ? id->string() : std::nullopt;
   const auto state = arm->get("state");
   const auto position = state ? vector_of(state->get("cursor_position")) : std::nullopt;
-  // An id with quotes or escapes is refused, because it is inserted into our messages.
+  // An identifier with quotes or escapes is refused, because it is inserted into the messages to the service.
   HaplyState out;
   if (!id_text || id_text->empty() || id_text->size() >= out.id.size() ||
       id_text->find_first_of("\\\"") != std::string_view::npos || !position) {

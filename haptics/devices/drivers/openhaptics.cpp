@@ -1,7 +1,6 @@
-// Driver for 3D Systems Touch and Phantom through OpenHaptics' libHD.so, loaded at run time.
-// The vendor's scheduler provides the 1 kHz rate: its callback samples the device, passes the sample to the servo and
-// sends the latest force of the servo. A force that is older than two callbacks is not sent again, so the callback is
-// also a watchdog.
+// Driver for the devices Touch and Phantom (3D Systems). It loads the library libHD.so of OpenHaptics at run time. The
+// library's scheduler runs at 1 kHz. Its callback samples the device, passes the sample to the servo and sends the
+// servo's latest force. The callback does not send a force that is older than two callbacks, so it is also a watchdog.
 #include <fmt/format.h>
 #include <semaphore.h>
 #include <time.h>
@@ -34,7 +33,7 @@ namespace {
 
 constexpr std::initializer_list<const char*> kLibraries{"libHD.so", "libHD.so.3.4", "libHD.so.3"};
 
-// Names and numbers of OpenHaptics' C interface.
+// Types and constants of the C interface of OpenHaptics.
 using HHD = unsigned int;
 struct HDErrorInfo {
   unsigned int code;
@@ -100,13 +99,13 @@ struct Api {
   }
 };
 
-/// Opens a device and returns its handle, or kInvalid if there is no such device; "" is the default device.
+/// Opens a device and returns its handle, or kInvalid if there is no such device. The name "" means the default device.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
 }
 
-/// Describes the current device.
+/// Returns the description of the current device.
 DeviceInfo describe(const Api& api, const std::string& name) {
   const auto text = [&](unsigned int what) {
     const char* s = api.get_string(what);
@@ -125,7 +124,7 @@ DeviceInfo describe(const Api& api, const std::string& name) {
                   number(kMaxStiffness) * kNewtonPerMillimetre,
                   0,
                   number(kMaxContinuousForce)};
-  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, limit of the weakest model
+  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, peak force of the weakest model
   return info;
 }
 
@@ -145,7 +144,7 @@ VendorDevices& devices() {
   return all;
 }
 
-/// The library has one scheduler for all arms. The first arm starts it, the last one stops it.
+/// The scheduler of the library, which all arms share. The first arm starts it, and the last arm stops it.
 class Scheduler {
  public:
   void join(const Api& api) {
@@ -175,8 +174,8 @@ class OpenHapticsDevice : public HapticDevice {
     }
     api_.make_current(device_);
     info_ = describe(api_, name);
-    info_.vibration_band = 100;      // Hz, our cautious choice
-    info_.position_step = 0.055e-3;  // m, nominal value of the Touch; that of the Phantoms is smaller
+    info_.vibration_band = 100;      // Hz, our low estimate
+    info_.position_step = 0.055e-3;  // m, nominal value of the Touch; the Phantoms have a smaller step
     use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
@@ -189,7 +188,8 @@ class OpenHapticsDevice : public HapticDevice {
     ending_.store(true);
     api_.unschedule(task_);
     scheduler().leave(api_);
-    // The scheduler continues for other arms. A callback takes microseconds, unless the library hangs in it.
+    // Waits until the callback of this arm has ended, because the scheduler continues for other arms. A callback takes
+    // microseconds; the limit is for a library that hangs.
     for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);
@@ -225,13 +225,15 @@ class OpenHapticsDevice : public HapticDevice {
     released_.store(false);
     forces_.publish(f_T_W);
   }
-  // Only the scheduler's thread may access the device. That thread reads this flag within a millisecond.
+  // Only the scheduler's thread may access the device. It reads this flag within a millisecond and then sends zero
+  // force.
   void release() noexcept override { released_.store(true); }
 
  private:
   struct Sample {
     HandSample hand;
-    std::array<double, 6> joints{};  // rad: turret, thigh, shin, then the gimbal's joints, in the library's order
+    // rad, in the order of the library: turret, thigh, shin, three joints of the gimbal
+    std::array<double, 6> joints{};
     bool error = false;
   };
 
@@ -246,7 +248,7 @@ class OpenHapticsDevice : public HapticDevice {
 
   void step() noexcept {
     api_.begin_frame(device_);
-    double X[16] = {};  // column-major; positions in millimetres
+    double X[16] = {};  // pose as a matrix, column-major; positions in mm
     int buttons = 0;
     api_.get_doubles(kTransform, X);
     api_.get_integers(kButtons, &buttons);
@@ -276,12 +278,12 @@ class OpenHapticsDevice : public HapticDevice {
   sem_t fresh_{};
   std::uint32_t faults_ = 0;
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
-  Latest<Sample> samples_;  // channel from the scheduler to the servo
-  Latest<dvec3> forces_;    // channel from the servo to the scheduler
-  int age_ = 1000;          // number of callbacks since the servo's last force; only for the scheduler's thread
+  Latest<Sample> samples_;  // from the scheduler to the servo
+  Latest<dvec3> forces_;    // from the servo to the scheduler
+  int age_ = 1000;          // number of callbacks since the servo's last force; used only by the scheduler's thread
 };
 
-/// The devices that the vendor's set-up program has configured; each has a file.
+/// Names of the devices that the user has set up with the vendor's program. Each device has a file.
 std::vector<std::string> configured_names() {
   const char* home = std::getenv("GTDD_HOME");
   const std::filesystem::path folder = std::filesystem::path(home ? home : "/usr/share/3DSystems") / "config";

@@ -1,4 +1,5 @@
-// Driver for script:HAND.csv and script:HAND.json: hands without hardware (haptics/scripted_hand.h).
+// Driver for the addresses script:HAND.csv and script:HAND.json, which are hands without hardware
+// (haptics/scripted_hand.h).
 #include "engine/base/error.h"
 #include "haptics/devices.h"
 #include "haptics/scripted_hand.h"

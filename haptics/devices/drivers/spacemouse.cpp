@@ -15,8 +15,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFullScale = 350;  // counts at full deflection
-// ns without a report after which the cap counts as released; a deflected cap reports more often
+constexpr double kFullScale = 350;  // counts at full deflection of the cap
+// Time in ns without a report after which the cap counts as released. A deflected cap sends reports more often.
 constexpr Nanos kSilence = 200'000'000;
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
@@ -34,8 +34,8 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Response to the deflection of each axis: zero in the dead zone; beyond it, the response rises from zero with a
-/// small initial slope.
+/// Converts the deflection of each axis to a response. It is zero in the dead zone (fraction `dead`), and beyond it
+/// rises from zero with a small initial slope.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -45,7 +45,7 @@ dvec3 shape(const dvec3& v, double dead) {
   return out;
 }
 
-/// Converts the cap's axes (x right, y toward the user, z down) to H (x right, y away, z up).
+/// Converts from the cap's axes (x right, y towards the user, z down) to frame H (x right, y away from the user, z up).
 dvec3 cap_to_base(const dvec3& v) {
   return {v.x, -v.y, -v.z};
 }
@@ -62,7 +62,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // After a pause of the servo, the missed samples are not made up for.
+    // If the servo paused, the missed samples are skipped.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
@@ -76,7 +76,7 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // If the report "back to zero" is lost, the tool must not drift away.
+    // Without this, the tool would drift if the report "back to zero" was lost.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
@@ -111,7 +111,8 @@ class SpaceMouse : public HapticDevice {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    // Receivers and newer models have further HID interfaces; the cap is the multi-axis controller.
+    // Selects the HID interface of the cap (a multi-axis controller), because receivers and newer models have other
+    // interfaces, too.
     if (!is_spacemouse(node.vendor, node.product)) continue;
     if (node.usage_page != 0 && !(node.usage_page == 1 && node.usage == 8)) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
@@ -123,7 +124,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // Format "[PATH or SERIAL][,position]".
+  // The text has the format "[PATH or SERIAL][,position]".
   SpaceMouseControl control;
   std::string which = rest;
   if (const std::size_t comma = rest.rfind(','); comma != std::string::npos) {
@@ -149,7 +150,7 @@ bool is_spacemouse(std::uint16_t vendor, std::uint16_t product) {
 
 bool parse_spacemouse(std::span<const std::uint8_t> report, SpaceMouseState& state) {
   if (report.empty()) return false;
-  if (report[0] == 1 && report.size() >= 13) {  // newer models: all six axes in one report
+  if (report[0] == 1 && report.size() >= 13) {  // newer models send all six axes in one report
     state.push = axes_at(report, 1);
     state.twist = axes_at(report, 7);
     return true;

@@ -19,11 +19,12 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns without a report after which the host sends zero currents again, so that the request-answer protocol continues
+// Time in ns without a report after which zero currents are sent again. The board sends a report only as the answer to
+// a command.
 constexpr Nanos kWake = 10'000'000;
-constexpr Nanos kRestOfLine = 2'000'000;  // ns, limit of the time that the second half of a line may take
-constexpr Nanos kLost = 100'000'000;      // ns without a valid report after which the arm counts as lost
-constexpr double kGravityRamp = 0.5;      // s, time constant with which the gravity compensation is switched on
+constexpr Nanos kRestOfLine = 2'000'000;  // ns, longest time that the second half of a line may take
+constexpr Nanos kLost = 100'000'000;      // ns without a valid report after which the connection counts as lost
+constexpr double kGravityRamp = 0.5;      // s, time constant of the gradual start of the gravity compensation
 
 class ArmDevice : public HapticDevice {
  public:
@@ -52,7 +53,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // time spent waiting for the arm; does not count time in which this process did not run
+    Nanos waited = 0;  // ns, time spent waiting for the arm, without the time in which this process did not run
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -67,10 +68,10 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        // serial ports split the data at any position
+        // A serial port may deliver only the first half of a line.
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
-          release();  // sends zero force; this write continues the request-answer protocol
+          release();  // sends zero force, to which the board answers with a report
           faults_ |= bits(Fault::kBadInput);
         }
         continue;
@@ -98,7 +99,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // Must be called before the currents are sent, so that the watchdog process is informed of every force
+    // This call must come before the currents are sent, because the watchdog process must know of every force.
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -110,9 +111,9 @@ class ArmDevice : public HapticDevice {
   }
 
  private:
-  /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is
-  /// late, and a board may send reports without request. Only the newest report gives the hand's present position.
-  /// Returns the result of Link::read().
+  /// Waits for a report, and then reads all reports that the board has sent meanwhile. Reports queue up while the servo
+  /// is late, and a board may send reports without request. Only the newest report contains the hand's present
+  /// position. Returns the result of Link::read().
   int read_newest(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
@@ -143,10 +144,11 @@ class ArmDevice : public HapticDevice {
     return report;
   }
 
-  /// False if the report is implausible.
+  /// Uses a report. Returns false if its values are impossible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock jumped: any position that the arm can have reached is accepted
+    // if the clock jumped, any position is accepted that the arm can have reached in 0.5 s
+    if (!(dt > 0 && dt < 0.5)) dt = 0.5;
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
@@ -160,7 +162,8 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      if (homed_) faults_ |= bits(Fault::kBadInput);  // the pose jumps, so this tick must have no force
+      // the pose jumps when the arm is homed, so this tick must have no force
+      if (homed_) faults_ |= bits(Fault::kBadInput);
       homed_ = true;
       slipped = false;
     }
@@ -177,7 +180,7 @@ class ArmDevice : public HapticDevice {
   WatchdogProcess watchdog_process_;
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
-  std::array<std::uint8_t, 256> heard_{};  // the newest report of a HID board
+  std::array<std::uint8_t, 256> heard_{};  // newest report of a board with HID
   std::size_t heard_size_ = 0;
   SampleSpacing spacing_{info_.rate};
   dvec3 theta_{0};
@@ -190,11 +193,12 @@ class ArmDevice : public HapticDevice {
 
 bool is_arm(const HidNode& node) {
   if (node.vendor == 0x1234 && node.product == 0x0006) return true;
-  // A Teensy in raw HID mode has a second interface (its serial emulation) with the same ids.
+  // Usage page and usage are compared, too, because a Teensy in raw HID mode has a second interface (its serial
+  // emulation) with the same vendor and product numbers.
   return node.vendor == 0x16c0 && node.product == 0x0486 && node.usage_page == 0xffab && node.usage == 0x0200;
 }
 
-/// Lists the serial Teensys by their persistent names.
+/// Lists the Teensy boards on serial ports, by names that do not change.
 std::vector<std::filesystem::path> serial_boards() {
   std::vector<std::filesystem::path> found;
   std::error_code none;
@@ -221,7 +225,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
   return device;
 }
 
-/// Extracts the serial number, for example "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
+/// Returns the serial number from a port's name, for example "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
 std::string serial_of(const std::filesystem::path& port) {
   std::string name = port.filename().string();
   name = name.substr(0, name.find("-if"));
@@ -242,7 +246,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // Format "[PATH or SERIAL][,PRESET]".
+  // The text has the format "[PATH or SERIAL][,PRESET]".
   const std::size_t comma = rest.rfind(',');
   const std::string which = rest.substr(0, comma);
   std::string preset = comma == std::string::npos ? "" : rest.substr(comma + 1);
@@ -273,7 +277,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // The board sends only after it has received a command. The first lines may belong to an older session.
+    // The board sends lines only after it has received a command. The first lines may come from an earlier session.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {
@@ -291,7 +295,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   for (int round = 0; link.now() < give_up; ++round) {
     const int n = link.read(buffer, kWake);
     if (n < 0) throw Error(where, "", "a device that was unplugged", "a WoodenHaptics or Polhem board");
-    if (n == 0) {  // the board is idle, or waits for a command of another length
+    if (n == 0) {  // the board is idle, or it expects a command of another length
       static constexpr ArmProtocol kKinds[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
       link.write(encode(kKinds[round % 3], dvec3(0)).span());
       continue;
@@ -299,7 +303,8 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      // two reports of the same length cannot be a coincidence
+      // A protocol is accepted after two reports with its length, because a single report could have this length by
+      // chance.
       if (last == static_cast<std::size_t>(n)) return {*protocol, 0};
     }
     last = static_cast<std::size_t>(n);

@@ -1,6 +1,6 @@
-// DICOM: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads the files in a separate process
-// (dicom_reader.cpp); the functions here group, sort and check the slices. No data about a person is read, and no
-// message contains the name of a file, because such names often contain a person's name.
+// Reads DICOM data: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads the files in a
+// separate process (dicom_reader.cpp), and the functions here group, sort and check the slices. Data about persons is
+// not read. No message contains the name of a file, because file names often contain a person's name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,21 +25,22 @@ namespace fs = std::filesystem;
 using glm::dvec3;
 
 constexpr std::size_t kMostFiles = 20000;
-constexpr int kDeepest = 8;              // limit of the depth of nested folders
-constexpr std::size_t kLeastSlices = 4;  // smallest number of slices in a scan; fewer are an overview image
+constexpr int kDeepest = 8;  // largest depth of nested folders that are searched
+// smallest number of slices of a scan; a series with fewer slices is an overview image
+constexpr std::size_t kLeastSlices = 4;
 
 struct Slice {
   std::size_t file = 0, frame = 0;
   bool placed = false;
-  dvec3 position{0};  // mm
+  dvec3 position{0};  // mm, position of the slice
   double slope = 1, intercept = 0;
   int order = 0, acquisition = 0;
   std::uint64_t instance = 0;
 };
 
-/// Slices that can belong to one scan: same series, size and orientation.
+/// Slices that can belong to one scan because series, size and orientation are equal.
 struct Stack {
-  DicomHeader head;  // header of the first file; its only frame belongs to the first slice
+  DicomHeader head;  // header of the first file; it contains only the frame of the first slice
   std::vector<Slice> slices;
 };
 
@@ -55,8 +56,8 @@ std::string first_bytes(const fs::path& file) {
   return start;
 }
 
-/// The files in a folder whose content begins like a DICOM file. Symbolic links are not followed, so that a cycle of
-/// links does no harm.
+/// Returns the files in a folder whose content begins like a DICOM file. Symbolic links are ignored, because a cycle of
+/// links would be endless.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::size_t seen = 0;
@@ -74,7 +75,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// The file to which a DICOMDIR in `folder` refers; nullopt if its name leads outside the folder.
+/// Returns the file to which a DICOMDIR in `folder` refers. No value if its name leads outside the folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
@@ -82,7 +83,7 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
     std::string lower = part.string();
     std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code code;
-    // Discs are often mounted with lower-case names, so both spellings are tried.
+    // Both upper and lower case are tried, because discs are often mounted with lower-case names.
     at = fs::exists(at / part, code) ? at / part : at / lower;
     if (fs::is_symlink(at, code)) return std::nullopt;
   }
@@ -106,7 +107,7 @@ dvec3 vec(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Directions of a slice: right, down, and away from the viewer; unit vectors.
+/// Unit vectors of a slice: to the right, downwards, and away from the viewer.
 struct Axes {
   dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
 };
@@ -120,8 +121,8 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-/// Splits slices of several acquisitions of the same region into several scans, and removes copies of slices. The
-/// number of removed copies is added to `copies`.
+/// Splits a stack that contains several scans of the same region into one stack per scan, and removes copies of slices.
+/// Adds the number of removed copies to `copies`.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   std::vector<Slice>& all = stack.slices;
@@ -131,7 +132,7 @@ std::vector<Stack> split(Stack stack, std::size_t& copies) {
   std::ranges::stable_sort(all, [&](const Slice& a, const Slice& b) {
     return a.placed && b.placed ? along(a) < along(b) : std::pair(a.order, a.frame) < std::pair(b.order, b.frame);
   });
-  constexpr double kSamePlace = 1e-3;  // mm, tolerance: slices closer to each other are at the same position
+  constexpr double kSamePlace = 1e-3;  // mm; slices closer to each other than this are at the same position
   bool twice = false;
   std::set<int> acquisitions;
   for (std::size_t k = 0; k < all.size(); ++k) {
@@ -209,14 +210,16 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// The positions in the stack at which slices are wanted, in slices; and the vector between two adjacent ones.
+/// The evenly spaced positions at which slices are wanted, as slice numbers in the stack (with fractions), and the
+/// vector from one wanted slice to the next.
 struct SliceLevels {
   std::vector<double> at;
   dvec3 step{0}, origin{0};  // mm
 };
 
-/// Rule for gaps: gaps that differ by at most 2 % count as even. Gaps up to 1.5 times the median are interpolated to
-/// even spacing. A larger gap means missing slices, which is an error.
+/// Computes the wanted slices. Distances between slices that differ by at most 2 % count as even. If they differ more,
+/// but are at most 1.5 times the median, the slices are interpolated to even distances. A larger distance is an error,
+/// because slices are missing.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -288,7 +291,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   scan.spacing_place = "Pixel Spacing (0028,0030)";
   check_sizes(name, "size", {file.columns, file.rows, static_cast<long long>(stack.slices.size())});
 
-  // Positions of the slices.
+  // Computes the positions of the slices.
   const Axes axes = axes_of(stack);
   const bool placed =
       first.has_orientation && std::ranges::all_of(stack.slices, [](const Slice& s) { return s.placed; });
@@ -298,7 +301,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
   } else {
-    // Either all frames of a file have a position, or none has: then order and spacing are those given in the file.
+    // The frames state no positions. So the slices have the order and the spacing that the file states.
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -313,7 +316,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    constexpr double kAgree = 1;  // degrees, tolerance
+    constexpr double kAgree = 1;  // degrees, tolerance for equal tilt angles
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
           fmt::format("the gantry's tilt is given as {:.1f} degrees, the positions of the slices say "
@@ -322,7 +325,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     }
   }
 
-  // Reads the pixels, file by file.
+  // Reads the pixels, one file after another.
   std::vector<std::size_t> needed;
   for (const Slice& s : stack.slices) needed.push_back(s.file);
   std::ranges::sort(needed);
@@ -354,7 +357,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
       const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
       std::vector<float> grey = decode(own, area, element, false);
-      // In MONOCHROME1 the smallest value is white.
+      // In the format MONOCHROME1, the smallest value is white.
       const double sign = pixels.inverted ? -1 : 1;
       for (std::size_t i = 0; i < area; ++i)
         raw[k * area + i] = static_cast<float>(sign * (s.slope * static_cast<double>(grey[i]) + s.intercept));
@@ -362,7 +365,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   });
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // If the slices are uneven, interpolate between the two slices next to the wanted position.
+  // If the slices are not evenly spaced, each wanted slice is interpolated between the two slices next to it.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

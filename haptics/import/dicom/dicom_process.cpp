@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-/// A temporary file without a name; it is deleted with the object.
+/// A temporary file without a name. It disappears when the object is destroyed.
 class Scratch {
  public:
   Scratch() {
@@ -28,7 +28,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   int fd() const { return fd_; }
 
-  /// Reads `bytes` bytes; returns false at the end of the file.
+  /// Reads `bytes` bytes. Returns false at the end of the file.
   bool read(void* to, std::size_t bytes) {
     char* p = static_cast<char*>(to);
     while (bytes > 0) {
@@ -81,7 +81,7 @@ bool read_text(Scratch& in, std::string& text) {
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
   constexpr std::size_t kMostDeaths = 50;
-  // bytes, limit of the output per file; 4096 frames of about 150 bytes fit
+  // Largest size, in bytes, of the process's output for one file. It is enough for 4096 frames of about 150 bytes.
   constexpr std::uint64_t kOutputPerFile = 1 << 20;
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;

@@ -1,4 +1,4 @@
-// The program's side of the guarded DICOM reader.
+// Starts the guarded process that reads DICOM files, and reads its output.
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,16 @@ namespace typodont::haptics::importing {
 struct DicomHeader {
   DicomFile file;
   std::vector<DicomFrame> frames;
-  std::vector<std::string> references;  // file names in a DICOMDIR
+  std::vector<std::string> references;  // names of the files to which a DICOMDIR refers
 };
 
-/// Reads the headers of the files. If the reader process dies on a file, this file counts as unreadable, and the
+/// Reads the headers of the files. If the reader process crashes on a file, this file counts as unreadable, and the
 /// other files are still read.
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files);
 
-/// Decodes the pixels of each file, one after another, and passes them to `take`. `largest`, `total`: bytes of the
-/// largest file and of all files, according to the headers. Throws Error with `name` if one file cannot be decoded.
+/// Decodes the pixels of each file, one after another, and passes them to `take`. `largest` and `total` are the sizes
+/// in bytes of the largest file and of all files, as their headers state. Throws Error with `name` if a file cannot be
+/// decoded.
 void read_dicom_pixels(const std::string& name, std::span<const std::filesystem::path> files, std::uint64_t largest,
                        std::uint64_t total,
                        const std::function<void(const DicomPixels& pixels, std::vector<char>& bytes)>& take);

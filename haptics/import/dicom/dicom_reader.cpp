@@ -1,7 +1,8 @@
-// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: the guarded process that reads DICOM files with GDCM, which
-// crashes on some damaged files. LIST is a file with the file names, each followed by a zero byte. The output is a
-// sequence of records (dicom_wire.h). Memory and time are limited, and the process can start no other process, use no
-// network and change no file. IMAGE, OUTPUT: bytes of the largest image, and of the whole output.
+// The program typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT. It reads DICOM files in a guarded process with
+// GDCM, which crashes on some damaged files. LIST is a file with the names of the DICOM files, each followed by a zero
+// byte. IMAGE is the size of the largest image in bytes, and OUTPUT that of the whole output. The output is a sequence
+// of records (dicom_wire.h). The process has little memory and time. It cannot start other processes, use the network
+// or change files.
 #include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -40,7 +41,7 @@ void write_all(const void* from, std::size_t bytes) {
   while (bytes > 0) {
     const ssize_t n = ::write(1, p, bytes);
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) std::_Exit(3);  // the parent no longer reads
+    if (n <= 0) std::_Exit(3);  // the parent process no longer reads the output
     p += n, bytes -= static_cast<std::size_t>(n);
   }
 }
@@ -55,7 +56,7 @@ void say_text(DicomRecord record, std::string text) {
   write_all(text.data(), text.size());
 }
 
-/// Value of an element as text, without padding.
+/// Returns the value of a DICOM element as text, without padding.
 std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   if (!set.FindDataElement(tag)) return "";
   const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
@@ -64,7 +65,7 @@ std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
   return text;
 }
-/// Reads `count` numbers from a text like "1\2\3". Returns false and leaves `to` unchanged if any number is missing.
+/// Reads `count` numbers from a text such as "1\2\3". If a number is missing, returns false and does not change `to`.
 bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double* to, std::size_t count) {
   const std::string text = text_of(set, tag);
   std::vector<double> numbers(count);
@@ -95,7 +96,8 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Reads the data of a frame from one data set: the file's own data set, or an item of its functional groups.
+/// Reads the data of a frame from a data set, which is the data set of the file or an item of the frame's functional
+/// groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
@@ -107,7 +109,7 @@ void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   f.intercept = number_of(set, gdcm::Tag(0x0028, 0x1052), f.intercept);
 }
 void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
-  // Sequences: plane position, plane orientation, pixel measures, pixel value transformation.
+  // The tags of four sequences: plane position, plane orientation, pixel measures, pixel value transformation.
   for (const gdcm::Tag& tag :
        {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x9145)}) {
     if (!set.FindDataElement(tag)) continue;
@@ -137,7 +139,7 @@ void headers(const std::string& name, std::uint32_t number) {
     say(DicomRecord::kFile, file);
     return;
   }
-  // GDCM returns numbers in this machine's byte order.
+  // GDCM has already converted numbers to the byte order of this machine.
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   file.columns = short_of(set, gdcm::Tag(0x0028, 0x0011));
   file.rows = short_of(set, gdcm::Tag(0x0028, 0x0010));
@@ -176,22 +178,23 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      frame.has_position = 0;  // a single position for many frames belongs to the first frame
+      // if there are many frames but one position, this is the position of the first frame only
+      frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
 }
 
-/// True if the file ends before its pixels do: GDCM fills missing pixels without an error.
+/// True if the file ends before the end of its pixels. GDCM would fill the missing pixels without an error.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (syntax.IsEncapsulated()) {  // searches for the end marker of the sequence of fragments
+  if (syntax.IsEncapsulated()) {  // searches for the mark at the end of the compressed data (a sequence of fragments)
     return bytes.rfind(std::string("\xfe\xff\xdd\xe0", 4)) == std::string::npos;
   }
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
     constexpr std::size_t kPreamble = 132 + 12, kPiece = 1 << 16;
-    std::uint32_t meta = 0;  // bytes, length of the meta information that follows
+    std::uint32_t meta = 0;  // length in bytes of the meta information that follows
     if (bytes.size() < kPreamble) return true;
     std::memcpy(&meta, &bytes[kPreamble - 4], sizeof meta);
     if (meta > bytes.size() - kPreamble) return true;
@@ -208,8 +211,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Searches for the element's tag and length in this transfer syntax, and compares the length with the number of
-  // following bytes.
+  // Searches for the element with the pixels, whose tag and length depend on the transfer syntax. Compares the stated
+  // length with the number of bytes that follow.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -217,7 +220,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   const std::string tag = big ? std::string("\x7f\xe0\0\x10", 4) : std::string("\xe0\x7f\x10\0", 4);
   std::string size(reinterpret_cast<const char*>(&length), sizeof length);
   if (big) std::reverse(size.begin(), size.end());
-  // With explicit VR, the type and two zero bytes are between tag and length
+  // With explicit VR (value representation), the type and two zero bytes lie between tag and length.
   const std::size_t before = syntax.IsImplicit() ? 4 : 8;
   for (std::size_t at = bytes.rfind(tag); at != std::string::npos; at = at == 0 ? at - 1 : bytes.rfind(tag, at - 1)) {
     if (bytes.compare(std::min(at + before, bytes.size()), 4, size) != 0) continue;
@@ -287,7 +290,8 @@ int main(int argc, char** argv) {
     // File names may contain line ends, so each name ends with a zero byte.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // Memory limit: a base for the libraries, plus copies of the image (file, decoded pixels, buffers of the codec).
+  // The memory limit is the sum of memory for the libraries and for copies of the image (file, decoded pixels, buffers
+  // of the codec).
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -297,7 +301,7 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    if (names[number].empty()) continue;  // already read by an earlier process
+    if (names[number].empty()) continue;  // an earlier process has already read this file
     say(DicomRecord::kBegins, number);
     try {
       if (want_pixels)

@@ -1,4 +1,4 @@
-// The output of the guarded DICOM reader: plain records, which the receiver checks. They contain no name, date or
+// The records that the guarded DICOM reader writes and the program reads and checks. They contain no name, date or
 // number of a person.
 #pragma once
 
@@ -6,15 +6,15 @@
 
 namespace typodont::haptics::importing {
 
-/// Type of a record; every record begins with it.
+/// Type of a record. Every record begins with its type.
 enum class DicomRecord : std::uint32_t {
-  // uint32 index of a file whose reading begins; if no record follows, the process died on this file
+  // Announces the reading of a file: uint32 index of the file. If no record follows, the process crashed on this file.
   kBegins = 0x44420001,
-  kFile,       // DicomFile
-  kFrame,      // DicomFrame, one frame of the file
-  kReference,  // name of a file in a DICOMDIR, relative to it: uint32 length, then the name
-  kPixels,     // DicomPixels, then the pixels' bytes
-  kRefused,    // reason of a refusal in plain words: uint32 length, then the text
+  kFile,       // followed by a DicomFile
+  kFrame,      // followed by a DicomFrame, the data of one frame of the file
+  kReference,  // name of a file to which a DICOMDIR refers, relative to the DICOMDIR: uint32 length, then the name
+  kPixels,     // followed by a DicomPixels and the bytes of the pixels
+  kRefused,    // reason why the file was refused, in plain words: uint32 length, then the text
   kEnd,        // end of the output
 };
 
@@ -24,26 +24,27 @@ struct DicomFile {
   std::uint32_t number = 0;
   DicomKind kind = DicomKind::kOther;
   std::uint32_t frames = 0;
-  std::uint64_t series = 0, instance = 0;  // hashes of the UIDs
+  std::uint64_t series = 0, instance = 0;  // hashes of the DICOM identifiers (UIDs) of series and image
   std::int32_t series_number = 0, acquisition = 0, order = 0;
   char modality[8] = {};
   std::uint32_t columns = 0, rows = 0;
-  double tilt = 0;                // degrees, tilt of the gantry according to the file
-  std::uint8_t derived_view = 0;  // 1: a localizer (overview image)
+  double tilt = 0;                // degrees, tilt of the gantry as the file states it
+  std::uint8_t derived_view = 0;  // 1 if the image is an overview image (localizer)
 };
 
 struct DicomFrame {
   std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0;
-  // mm, position of the first voxel; unit vectors, directions of rows and columns; mm, spacing down and across
+  // Position of the first voxel in mm; unit vectors of the row and column directions; spacing of rows and of columns in
+  // mm.
   double position[3] = {}, orientation[6] = {}, spacing[2] = {};
-  double gap = 0;  // mm, distance between slices according to the file
+  double gap = 0;  // mm, distance between slices as the file states it
   double slope = 1, intercept = 0;
 };
 
 struct DicomPixels {
   std::uint32_t number = 0;
-  std::uint32_t element = 0;  // Element (scan.h)
-  std::uint8_t inverted = 0;  // 1: MONOCHROME1, the smallest value is white
+  std::uint32_t element = 0;  // value of the enumeration Element (scan_element.h)
+  std::uint8_t inverted = 0;  // 1 if the smallest value is white (MONOCHROME1)
   std::uint8_t lossy = 0;
   std::uint64_t bytes = 0;
 };

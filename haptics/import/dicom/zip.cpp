@@ -19,8 +19,8 @@ namespace typodont::haptics::importing {
 namespace {
 
 constexpr std::size_t kMostEntries = 20000;
-constexpr std::uint64_t kMostBytes = 4000000000;  // bytes, limit of the total unpacked size
-constexpr std::uint64_t kMostRatio = 1032;        // limit of the compression ratio; deflate cannot exceed it
+constexpr std::uint64_t kMostBytes = 4000000000;  // bytes, largest total size of the unpacked files
+constexpr std::uint64_t kMostRatio = 1032;        // largest compression ratio; the method deflate cannot exceed it
 constexpr std::uint32_t kEndSign = 0x06054b50, kEntrySign = 0x02014b50, kLocalSign = 0x04034b50;
 
 struct Entry {

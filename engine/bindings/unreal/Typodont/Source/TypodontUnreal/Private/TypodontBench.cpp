@@ -22,7 +22,7 @@ uint32 FTypodontLoop::Run() {
 namespace {
 
 constexpr double Period = 1e-3;     // s, period of the servo
-constexpr double Smoothing = 0.02;  // s, time constant
+constexpr double Smoothing = 0.02;  // s, time constant with which the servo's hand follows the game's hand
 
 /**
  * The game thread moves the hand once a frame, so the servo's hand follows it smoothly. For a hand that jumps once a
@@ -76,7 +76,7 @@ void FTypodontBench::ServoStep() {
   ++Ticked;
   typodont_tick Tick{};
   Tick.struct_size = sizeof Tick;
-  // An invalid pose gives zero force and a fault in the tick; the next valid pose is used again.
+  // If the hand's pose is invalid, the tick has zero force and a fault. The next valid pose is used again.
   if (typodont_servo_tick(Servo, &Sample, &Tick, nullptr) == TYPODONT_OK) Felt = Sample.X_WT;
   Ticks.WriteAndSwap(Tick);
 }

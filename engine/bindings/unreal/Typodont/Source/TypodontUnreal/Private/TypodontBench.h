@@ -1,4 +1,4 @@
-// A core with its servo's thread and its tissue's thread.
+// A core of the C interface with two threads: one for its servo and one for its tissue.
 #pragma once
 
 #include <typodont.h>
@@ -47,12 +47,12 @@ class FTypodontBench {
 
   typodont_core* Core = nullptr;
   typodont_servo* Servo = nullptr;
-  // protects the core, which the game thread and the tissue's thread use; the servo never locks it
+  // Protects the core, which the game thread and the tissue's thread use. The servo never locks it.
   FCriticalSection CoreLock;
   TTripleBuffer<typodont_sample> Samples;
   TTripleBuffer<typodont_tick> Ticks;
   double Start = 0;    // s, time of the servo's first tick
-  int64 Ticked = 0;    // number of ticks; servo thread
-  typodont_pose Felt;  // the hand's pose in the newest tick; servo thread
+  int64 Ticked = 0;    // number of ticks so far; only the servo thread uses it
+  typodont_pose Felt;  // the hand's pose in the newest tick; only the servo thread uses it
   TUniquePtr<FTypodontLoop> ServoLoop, TissueLoop;
 };

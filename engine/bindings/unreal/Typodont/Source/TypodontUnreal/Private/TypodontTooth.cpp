@@ -45,7 +45,7 @@ ATypodontTooth::ATypodontTooth() {
 
 void ATypodontTooth::BeginPlay() {
   Super::BeginPlay();
-  const typodont_pose Above = {{0, 0, 0.05}, {1, 0, 0, 0}};  // m, pose above the tooth
+  const typodont_pose Above = {{0, 0, 0.05}, {1, 0, 0, 0}};  // m, a pose 50 mm above the tooth
   Bench = MakeShared<FTypodontBench>();
   Error = Bench->Open(Scene, Hand ? ToW(SeenFrom(*this, *Hand)) : Above);
   if (Error.IsEmpty()) return;
@@ -98,7 +98,8 @@ void ATypodontTooth::ShowChangedBricks() {
     }
     if (Part.index_count == 0) return Brick->ClearMeshSection(0);
     TArray<FVector> Positions, Normals;
-    TArray<FColor> Tissues;  // r: number of the first tissue, g: of the second, b: fraction of the second
+    // r: number of the first tissue, g: number of the second tissue, b: fraction of the second tissue
+    TArray<FColor> Tissues;
     TArray<int32> Triangles;
     Positions.Reserve(Part.vertex_count), Normals.Reserve(Part.vertex_count), Tissues.Reserve(Part.vertex_count);
     Triangles.Reserve(Part.index_count);
@@ -108,8 +109,8 @@ void ATypodontTooth::ShowChangedBricks() {
       Normals.Add(ToUnreal(V.normal));
       Tissues.Add(FColor(V.tissue[0], V.tissue[1], V.second));
     }
-    // Seen from outside, the triangles are counter-clockwise in both systems, because the reflection changes only the
-    // axes and not the shape.
+    // The order of the indices stays. Seen from outside, triangles are counter-clockwise in W and in Unreal, because
+    // the reflection of the y axis changes the coordinates and not the real shape.
     for (uint32 i = 0; i < Part.index_count; ++i) Triangles.Add(static_cast<int32>(Part.indices[i]));
     Brick->CreateMeshSection(0, Positions, Triangles, Normals, TArray<FVector2D>(), Tissues, TArray<FProcMeshTangent>(),
                              false);

@@ -1,9 +1,9 @@
-// Hard tissue that can be felt and drilled, for Unreal Engine 5: place this actor in a level. It uses only the C
-// interface (typodont.h). The servo runs at 1 kHz on its own thread, the tissue on a second thread. Each brick of the
-// tissue's surface is a procedural mesh; a frame replaces only the meshes of changed bricks.
+// An actor for Unreal Engine 5: hard tissue that can be felt and drilled. Place the actor in a level. It uses only the
+// C interface (typodont.h). The servo runs at 1 kHz on its own thread, and the tissue is updated on a second thread.
+// Each brick of the tissue's surface is a procedural mesh. A frame replaces only the meshes of changed bricks.
 //
-// Lengths in the actor's frame are centimetres, as everywhere in Unreal, so a tooth has a size of one unit; scale the
-// actor to enlarge it. W is right-handed and Unreal is left-handed: the actor's y axis is -y of W.
+// In the actor's frame one unit is one centimetre, as everywhere in Unreal. So a tooth is about one unit wide; scale
+// the actor to enlarge it. W is right-handed and Unreal is left-handed: the actor's y axis is -y of W.
 #pragma once
 
 #include "CoreMinimal.h"
