@@ -41,6 +41,7 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 8: A drilling tool that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
 /// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
@@ -54,7 +55,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
 /// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 7;
+inline constexpr std::uint32_t kServoLaws = 8;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

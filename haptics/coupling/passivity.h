@@ -143,12 +143,11 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// Returns the fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the energy ledger can pay for.
-/// `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: energy in the ledger,
-/// J.
-inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
-                               const dvec3& turned, double dt, double tick, double energy,
-                               PassivityState& state) noexcept {
+/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand
+/// in the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in
+/// the last tick. Updates the state.
+inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                              const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
@@ -172,7 +171,6 @@ inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dv
     state.longest = tick + (state.longest - tick) * state.clock_decay;
     if (dt < law.longest_gap * tick) state.longest = std::max(state.longest, dt);
   }
-  if (!(strength > 0 || twist > 0)) return 1;
   double at_stake = 0;
   if (strength > 0) {
     const double along = glm::dot(f, moved) / strength;  // m; > 0: in the direction of the force, outward
@@ -191,7 +189,16 @@ inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dv
     const double back = tick > 2.2 * law.human_tick ? twitch + state.rotation_advance : twitch + std::min(out, 0.0);
     at_stake += twist * std::max({law.margin * state.rotation_retreat, back, 1e-3 * twitch});
   }
-  return std::clamp((energy + law.credit) / at_stake, 0.0, 1.0);
+  return at_stake;
+}
+
+/// The fraction, 0..1, of force and torque that the ledger can pay for. `energy`: J in the ledger; the other arguments
+/// are those of energy_at_stake().
+inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                               const dvec3& turned, double dt, double tick, double energy,
+                               PassivityState& state) noexcept {
+  const double at_stake = energy_at_stake(law, f, moved, tau, turned, dt, tick, state);
+  return at_stake > 0 ? std::clamp((energy + law.credit) / at_stake, 0.0, 1.0) : 1.0;
 }
 
 }  // namespace typodont::haptics

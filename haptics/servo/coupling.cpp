@@ -85,7 +85,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   } else if (!contact.bridging) {
     c.pressed = dvec3(0);  // nothing presses the head, so the teeth have no load
   }
-  c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
+  c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur always slips, and its tangential force is that of the teeth. So friction is added only for other
   // tools.

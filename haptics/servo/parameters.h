@@ -2,6 +2,8 @@
 // method's folder.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/base/pose.h"
 
 namespace typodont::haptics {
@@ -68,6 +70,17 @@ struct LimitParameters {
   static constexpr double unpaid_force = 0.1;
   // Limit of the ratio between the coupling's force and the force that the energy in the energy ledger can pay for
   static constexpr double unpaid_ratio = 2;
+  // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
+  static constexpr std::uint32_t laws_of_landing = 8;
+  // Fraction of the coupling's force; a hand that feels less of it for rest_time does not control the teeth any more
+  static constexpr double little_felt = 0.5;
+  // s, time after which the coupling's force presses the teeth of such a hand, and time in which this force rises
+  static constexpr double rest_time = 0.1;
+  // Factor on the spring's force change by a retreat, which is subtracted from the rise that the slew limit allows
+  static constexpr double retreat_weight = 3;
+  // Factor on the spring's force change by the hand's displacement; the product is the largest change without a step.
+  // Docs and tests count changes above 1.1 times that of the spring as steps (docs/passivity.md)
+  static constexpr double spring_tolerance = 1.09;
 };
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).

@@ -45,6 +45,7 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
+  double unlimited = 0;     // N, size of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
   /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
@@ -100,7 +101,14 @@ struct Servo::State {
     dvec3 normal{0};
     // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
     dvec3 pressed{0};
-    double pressing = 0;  // N, component of head_force along `pressed`
+    double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
+    // 0..1, fraction of the coupling's force that presses the teeth. It is the fraction of the last tick's force that
+    // the limits of a landing drill left for the hand, or more if the hand feels little for long (press_teeth). It is 1
+    // where these limits do not apply.
+    double teeth_fraction = 1;
+    // s, time for which these limits have left less than LimitParameters::little_felt of the force. It also counts
+    // down, and is at most twice LimitParameters::rest_time.
+    double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
     double rate = 0;  // m/s, smoothed rate of the depth
@@ -220,6 +228,13 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
+  /// Change of the force of tissue and teeth since the last tick, N.
+  dvec3 force_change(const ContactTick& now) const noexcept;
+  /// True if the limits for a landing drill apply (laws 8).
+  bool lands(const ContactTick& now) const noexcept;
+  double held_back(const ContactTick& now, double change) const noexcept;
+  double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
+  void press_teeth(const ContactTick& now) noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;

@@ -42,6 +42,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run);
 std::vector<BenchRow> bench_recording(const BenchRun& run);
 std::vector<BenchRow> bench_latency(const BenchRun& run);
 std::vector<BenchRow> bench_length(const BenchRun& run);
+std::vector<BenchRow> bench_push(const BenchRun& run);
 std::vector<BenchRow> bench_scaling(const BenchRun& run);
 std::vector<BenchRow> bench_stability(const BenchRun& run);
 std::vector<BenchRow> bench_surface(const BenchRun& run);
