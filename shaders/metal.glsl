@@ -17,7 +17,8 @@ const float kRoomOnMetal = 0.62;
 /// reflection perpendicular to their direction, which gives the streak of brushed metal. For the room's reflection, the
 /// normal is bent towards the viewer (Revie 2011). For the lamp, an anisotropic GGX distribution is used (Burley 2012).
 /// `brushed`: 0: isotropic, 1: strongest. `open`: fraction of the room that the metal reflects; instead of the rest, it
-/// reflects `around`.
+/// reflects `around`. In the open room, a constant fraction of the lamp's light replaces the lamp's light that nearby
+/// surfaces reflect; `around` contains this light.
 vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo, float open, vec3 around) {
   vec3 across = cross(n, groove), l = frame.key.xyz;
   vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));
@@ -26,5 +27,5 @@ vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3
   vec3 h = normalize(l + v);
   float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 0.05);
   float x = dot(groove, h) / thin, y = dot(across, h) / wide, z = dot(n, h), d = x * x + y * y + z * z;
-  return color + albedo * frame.key.w * nl * (0.10 + 0.25 / (kPi * thin * wide * d * d * max(max(nl, nv), 0.2)));
+  return color + albedo * frame.key.w * nl * (0.10 * open + 0.25 / (kPi * thin * wide * d * d * max(max(nl, nv), 0.2)));
 }
