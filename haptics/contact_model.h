@@ -41,8 +41,8 @@ struct ContactInput {
 };
 
 /// Result of a contact model. A model with a proxy (constraint method) sets the pose of the proxy. A penalty method
-/// sets force, torque and stored energy. Both set the remaining members. SI, frame W; exceptions have the unit given by
-/// `unit`.
+/// sets force, torque and stored energy. Both set the remaining members. SI, frame W; lengths of the members that
+/// mention `unit` are in this unit.
 struct Contact {
   // Results of constrain().
   dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
@@ -130,14 +130,14 @@ class ContactModel {
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
-  /// Computes the proxy. Sets the first group of members of `out`.
+  /// Computes the proxy. Sets the members of `out` from p_WG on ("Results of constrain()").
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
   /// Removes the tissue that this tick's energy pays for, or adds a filling. If the tissue has changed, returns true
   /// and sets `cut` except for its normal. `energy`: used energy, J. Not called if the tool neither cuts nor fills in
   /// this tick.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
-  /// Computes the contacts at the head's new position, after the cut. Sets the second group of members of `out`. Called
-  /// only while contact with tissue holds the tool back.
+  /// Computes the contacts at the head's new position, after the cut. Sets the members of `out` from `count` on
+  /// ("Results of feel()"). Called only while contact with tissue holds the tool back.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
   /// Returns the tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;

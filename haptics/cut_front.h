@@ -2,7 +2,7 @@
 // slack: a lower bound of how far the head must still move before it can change the sample. So each block of samples
 // stores the path length at which it must be examined again. Most cuts examine only the samples just ahead of the head:
 // lists contain the samples that may change during the next voxel of path. The lists are divided into parts, which are
-// renewed in turn.
+// renewed one after the other.
 #pragma once
 
 #include <array>
@@ -31,9 +31,9 @@ class CutFront {
   /// head has more parts, so that the renewal of one part does not make a tick much longer.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each group can change.
-  /// `stage`: no group changes before the head has moved this number of eighths of the list's lifetime (always 0 for
-  /// heads that are not balls).
+  /// Consecutive groups of the same kind; the kind states which pieces of the head can be nearest to the group's
+  /// samples. `narrow`: only the first kNarrowest samples of each group can change. `stage`: no group changes before
+  /// the head has moved this number of eighths of the list's lifetime (always 0 for heads that are not balls).
   struct Run {
     int kind;
     bool narrow;

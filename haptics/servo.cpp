@@ -324,8 +324,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
-  // ledger must ignore the hand's motion in this time, because the hand felt no force. Otherwise the product of the
-  // last force and a jump of the pose could put the ledger in debt, and a ledger in debt permits no force. The
+  // energy ledger must ignore the hand's motion in this time, because the hand felt no force. Otherwise the product of
+  // the last force and a jump of the pose could put the ledger in debt, and a ledger in debt permits no force. The
   // comparison of the orientation comes first, because the orientation often stays the same.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);

@@ -34,7 +34,8 @@ struct ServoSettings {
   bool boundary_walls = true;
   double force_limit = 20;    // N, largest force
   double torque_limit = 0.5;  // N·m, largest torque
-  // true: the device can output torque (DeviceInfo). false: the torque is only reported, and is not part of the ledger.
+  // true: the device can output torque (DeviceInfo). false: the torque is only reported, and does not enter the energy
+  // ledger.
   bool gives_torque = true;
   double slew_limit = 0;  // N/s, largest rate at which the force may rise; 0: no limit
   // m, position resolution of the device (DeviceInfo); if it is above 0, the damper uses an estimated velocity

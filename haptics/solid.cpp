@@ -348,7 +348,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     lo -= dense.band;
     hi += dense.band;
   }
-  // Voxel centres are multiples of h. So a solid has the same samples in every domain.
+  // Voxel centres are multiples of h. So a solid has the same samples, whatever the bounds of the grid are.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
   constexpr double kMaxVoxels = 6e8;

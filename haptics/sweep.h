@@ -75,10 +75,11 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Version of carve() for a long path. `known` (may be null): blocks that are not due are skipped, because none of
-  /// their samples can change.
+  /// Version of carve() for a long path. `known` (may be null): blocks that need not be examined yet are skipped,
+  /// because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
-  /// Removes tissue from one part of the front of a head that is not a ball. `listed`: number of groups found.
+  /// Removes tissue from the blocks in one part of the active front (CutFront) of a head that is not a ball. `listed`:
+  /// number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
   /// Returns true if this patch contains all samples that were listed around the head in another patch.

@@ -64,8 +64,8 @@ class TissueVolume {
   /// (hardness.h). z runs fastest. A null pointer means that this array is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// Same as copy(), but with labels in the encoding of a patch (label.h). For a filled voxel, copies the hardness from
-  /// before the filling.
+  /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (label.h). For a filled voxel,
+  /// copies the hardness from before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// Returns in `a_lo` and `a_hi` the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
@@ -96,11 +96,11 @@ class TissueVolume {
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  /// Same as copy_for_patch(), but copies only the samples of `part`, which is inside the box.
+  /// Copies samples as copy_for_patch() does, but only those of `part`, which is inside the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// Same as copy_part(), for the parts of the blocks `keys` that are inside the box.
+  /// Copies samples as copy_for_patch() does, but only those of the blocks `keys` that are inside the box.
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
-  /// Same as copy_every(), but copies only the samples of `part`, which is inside the box.
+  /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
   /// Returns the box of the n-th samples that may have changed after writes within the box `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
@@ -185,8 +185,8 @@ class TissueVolume {
 
   /// Returns the volume of each tissue, m³. A voxel at the surface counts with the fraction that lies inside.
   PerTissue volumes() const;
-  /// Same as volumes(), but each voxel's volume is multiplied by its hardness 0..1. The ratio to volumes() is the mean
-  /// hardness.
+  /// Returns the volume of each tissue, m³, where each voxel's volume is multiplied by its hardness 0..1. The ratio to
+  /// volumes() is the mean hardness.
   PerTissue hardness_volumes() const;
   /// Returns the FNV-1a hash over the bytes of all active samples in index order, including hardness. Equal fields have
   /// equal hashes.

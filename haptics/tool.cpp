@@ -103,7 +103,8 @@ Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
   const double rise = belly + half;
-  // The arc's circle passes through the tip (0, -half) and is vertical at (r, belly), so its centre is (r - R, belly).
+  // The arc is part of a circle of radius R. The circle passes through the tip (0, -half) and is vertical at (r,
+  // belly). So its centre is (r - R, belly).
   const double big = (r * r + rise * rise) / (2 * r);
   const dvec2 center(r - big, belly);
   Meridian m;

@@ -33,7 +33,7 @@ class Solid;
 class HeadField {
  public:
   HeadField() = default;
-  /// `unit`: unit of length of the result in m, for example the voxel size.
+  /// `unit`: length in m of the unit in which the results are given, for example the voxel size.
   HeadField(const Tool& tool, double unit);
   /// Returns the head together with its exit path along the axis: a cylinder with the head's largest radius extends it
   /// by one unit of length.

@@ -1,4 +1,5 @@
-// Changes of the spindle's speed in a recording: measured on a steady line, and removed. Set-up time.
+// Measures the changes of the spindle's speed in a recording by following a spectral line, and removes them. Set-up
+// time.
 #pragma once
 
 #include <span>
@@ -9,7 +10,7 @@ namespace typodont::audio {
 /// Speed of the spindle over time, relative to its mean. One value per `step` s; the first value is the speed at time
 /// 0.
 struct SpeedTrack {
-  double frequency = 0;       // Hz, mean frequency of the line on which the speed was measured
+  double frequency = 0;       // Hz, mean frequency of the spectral line that shows the speed
   double step = 0;            // s, time between two values
   std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 

@@ -126,8 +126,8 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // The buffer starts one buffer length and a margin before this callback's due time, because all ticks until then have
-  // arrived.
+  // The buffer ends one margin before this callback's due time, so that all ticks of its time span have arrived. Thus
+  // it starts one buffer length and one margin before the due time.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;

@@ -1,4 +1,4 @@
-// Functions that find the shipped files (assets/) and the files that a scene names.
+// Functions that find the shipped files (assets/) and the files to which a scene refers.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,21 @@ namespace typodont {
 /// Returns the folder of the shipped assets. It is $TYPODONT_ASSETS; if this variable is not set, the folder beside the
 /// program or library, or the folder in the source tree. Throws Error.
 std::filesystem::path assets_folder();
-/// Folders in which the files that a scene names are searched.
+/// Folders in which the program searches for the files to which a scene refers.
 struct ScenePlace {
-  std::filesystem::path beside;  // folder in which relative paths are searched first; after it, assets/ is searched
+  /// folder in which the program searches for a relative path first; then it searches in assets/
+  std::filesystem::path beside;
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  int recordings = 0;  // number of recordings that were resumed one after another to reach this scene; it is limited
+  /// length of the chain of recordings, each resumed from the one before, that leads to this scene; it is limited
+  int recordings = 0;
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Finds a file that a scene names. The path is searched relative to `place` first, then relative to assets/. Throws
+/// Finds a file to which a scene refers. Searches for the path in the folder of `place` first, then in assets/. Throws
 /// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the function
 /// does not check if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);

@@ -246,7 +246,8 @@ class Drawing {
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
-      // index of the same edge in the mirror image, which exchanges corners 0 and 1, and corners 2 and 3
+      // index of the panel's corner whose mirror image is picture[corner]: the reflection exchanges corners 0 and 1,
+      // and corners 2 and 3
       const std::size_t other = corner == 0 ? 1 : 3;
       const dvec3 at = on_glass(picture[corner]);
       page_.line(view(eye), view(at), 0.4);

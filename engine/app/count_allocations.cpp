@@ -1,6 +1,6 @@
 // Replaces operator new in the program typodont. It counts allocations. If memory runs out, it frees a reserve and
-// throws. The reserve exists because some destructors need memory: those of OpenVDB's trees end the program if they get
-// none. This file is not in the library, because the tests have their own operator new.
+// throws. The reserve is needed because some destructors allocate memory: the destructors of OpenVDB's trees end the
+// program if this allocation fails. This file is not in the library, because the tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>

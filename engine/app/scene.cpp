@@ -53,7 +53,7 @@ constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
-/// Finds the mesh files that a scene's solids name: first beside the scene's file, then in the assets.
+/// Finds the mesh files to which a scene's solids refer: first beside the scene's file, then in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const std::string& name) { return find_file(name, place); },
           .read_mesh = haptics::read_mesh_solid};

@@ -1,4 +1,5 @@
-// A scene: its file is parsed and checked. Contains the tissue, the tools, and the parts of the program that it needs.
+// A scene, read from its file and checked. It contains the tissue, the tools, and the list of the program parts that
+// the scene needs.
 #pragma once
 
 #include <filesystem>
@@ -65,7 +66,7 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& scene);
 /// Reads a scene from JSON. Relative paths in it start at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
-/// Reads a scene from JSON. The files that it names are searched in `place`.
+/// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
 /// Path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
@@ -90,8 +91,8 @@ haptics::TissueVolume load_untouched(const Scene& scene);
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
-/// Sets the contact model that the option --model names; does nothing if `name` is empty. The text of the scene that is
-/// recorded also changes. Throws Error that lists the available models.
+/// Sets the contact model that the user chose with the option --model; does nothing if `name` is empty. Also changes
+/// the scene's text, which the recording contains. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
 /// Name of the scene's contact model.
 std::string_view model_name(const Scene& scene);

@@ -21,7 +21,7 @@ void make_absolute(Text& json, const char* key, const fs::path& folder) {
   if (fs::exists(beside, code)) json[key] = fs::absolute(beside).string();
 }
 
-/// Makes the path absolute that a JSON value contains. The path names a volume, a session or a mesh.
+/// Makes the path in a JSON value absolute. It is the path of a volume, a session or a mesh.
 void make_absolute(Text& source, const fs::path& folder) {
   for (const char* key : {"volume", "session"}) make_absolute(source, key, folder);
   for (const char* key : {"mesh", "bone"}) {

@@ -105,7 +105,7 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->tool_W_ = tick.X_WG.p;
     link->seen_tool_ = heard = true;
   }
-  // If a tick arrived too late for its own sample, it is heard from the first sample of this block on.
+  // If a tick arrived after the sample of its own time was played, it is heard from the first sample of this block on.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

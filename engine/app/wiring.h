@@ -1,5 +1,6 @@
-// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads.
-// Drawing thread: the trainee's picture. User interface: the operator's window.
+// All channels between the threads of a session. Each channel has one thread that writes and one thread that reads. In
+// the comments below, "drawing thread" is the thread that draws the trainee's picture, and "user interface" is the
+// operator's window.
 #pragma once
 
 #include <array>
@@ -24,7 +25,8 @@
 
 namespace typodont {
 
-/// A list of changed bricks. The carver meshes the bricks; the renderer uploads them and then deletes the list.
+/// A list of changed bricks (blocks of the tissue's mesh). The carver meshes the bricks; the renderer uploads them and
+/// then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain

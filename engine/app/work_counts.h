@@ -13,7 +13,8 @@ struct WorkCounts {
   // Number of searches for tissue by contact models that represent tissue as spheres, triangles or vertices
   // (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
-  std::uint64_t patches = 0;     // number of patches that were created for the servo
+  /// number of patches (copies of the tissue around the tool) that were created for the servo
+  std::uint64_t patches = 0;
   std::uint64_t voxels_cut = 0;  // number of voxels that cuts and fillings processed
   // Counts of the surface and of the pictures.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
@@ -21,7 +22,7 @@ struct WorkCounts {
   /// number of bricks that were not drawn, because they are culled, face away or are covered
   std::uint64_t bricks_skipped = 0;
   std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
-  std::uint64_t turns = 0;             // number of turns of the drawing thread; most of them draw nothing
+  std::uint64_t turns = 0;             // number of passes of the drawing loop; most of them draw nothing
   std::uint64_t desktop_requests = 0;  // number of requests to the desktop
   std::uint64_t samples = 0;           // number of sound samples
   std::uint64_t particles_stepped = 0;

@@ -347,11 +347,11 @@ void Workbench::Impl::advance_sound() {
   if (!session->draw) take_tick();
   if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
     sound->listen(head.front().eye_W, head.front().right_W);
-  // With a headset, the ticks are read by its thread, so the time comes from the clock.
+  // With a headset, the headset's thread reads the ticks, so the time comes from the clock here.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
-/// Runs one turn of the drawing thread: draws a frame or waits for a short time. Returns false at the end of the
+/// Runs one pass of the drawing loop: draws a frame or waits for a short time. Returns false at the end of the
 /// session.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;

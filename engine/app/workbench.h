@@ -95,7 +95,7 @@ struct WorkbenchStatus {
   double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
   /// N, force limit at the present heat of the motors; 0: the device does not report it
   double bearable_force = 0;
-  bool armed = true;    // true: the force is enabled, because the hand has been free of contact
+  bool armed = true;    // true: the device may push the hand, because the hand has been free of contact
   LoopGranted granted;  // real-time rights that the system granted to the servo loop
   /// names of the real-time rights that the system refused; empty: all were granted
   std::string_view real_time;
@@ -192,12 +192,13 @@ class Workbench {
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The stage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
+  /// The PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
   PictureStage* stage();
 
   /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).
   void hold(bool on) noexcept;
-  /// Requests undo, redo or saving of the tissue. The carver executes the request in its next turn. Drawing thread.
+  /// Requests undo, redo or saving of the tissue. The carver executes the request in the next pass of its loop. Drawing
+  /// thread.
   void ask(TissueCommand command);
   /// Number of strokes that can be undone, and number of strokes that can be redone.
   haptics::TissueVolume::Strokes strokes();

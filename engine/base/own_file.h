@@ -1,4 +1,4 @@
-// Finds the file that contains the running code. Data files are searched in its folder.
+// Finds the file that contains the running code. The program searches for its data files in the folder of this file.
 #pragma once
 
 #include <filesystem>

@@ -113,8 +113,8 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. The path is entered in the list for signal handlers
-/// before the file is created, so that a signal never leaves the file behind.
+/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. The path is stored in g_half_written, for signal
+/// handlers, before the file is created, so that a signal never leaves the file behind.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {

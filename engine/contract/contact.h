@@ -14,8 +14,9 @@ namespace typodont {
 /// message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,    // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
-  kStalePatch = 1u << 1,  // a new patch is more than 20 ms late: the force is computed with the old patch
+  kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
+  /// a new patch (copy of the tissue around the tool) is more than 20 ms late: the force is computed with the old patch
+  kStalePatch = 1u << 1,
   // The tool left the patch. A tool in contact feels the last contact plane, and a tool without contact gets zero
   // force.
   kPatchEdge = 1u << 2,
@@ -40,20 +41,21 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 8: A drilling tool that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
-///   tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
-///   are rings of overlapping spheres, and each overlap counts only once. There, the search for the tool's position
-///   starts from the pushes of the last tick, a tool that retreats is led back faster in scenes with large forces, and
-///   the hole that a detached sphere leaves is not larger than the rest of the sphere.
+/// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
+/// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
+/// position starts from the pushes of the last tick. A tool that retreats is led back faster in scenes with large
+/// forces. The hole that a detached sphere leaves is not larger than the rest of the sphere.
 /// - 6: The cutting law over an implant drill's end is computed in floats.
 /// - 5: A fast rotation of a long head is cut in fewer straight parts, without the blocks from which the head recedes.
 ///   An instrument that fills keeps its speed limit during its search, too.
 /// - 4: The tangential force of the blades fades out when the head comes free; before, it ended in a step.
 /// - 3: If contacts prevent the tool from following the hand, the tool returns along its own path (offset model).
-/// - 2: A late patch yields (docs/safety.md). A force that the energy ledger does not cover follows the ledger. A small
-///   debt of the ledger is cancelled.
+/// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
+/// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 7;
+inline constexpr std::uint32_t kServoLaws = 8;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

@@ -24,14 +24,15 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  std::array<float, kCount> distance;  // signed distance in voxels, negative inside the tissue, clamped to the band
-  std::array<Tissue, kCount> tissue;   // kAir only where no tissue is near
+  /// signed distance in voxels, negative inside the tissue, clamped to the width of the band
+  std::array<float, kCount> distance;
+  std::array<Tissue, kCount> tissue;  // kAir only where no tissue is near
 };
 
-/// Position of the voxel grid in W: p_W = origin + voxel · index. The distance field and the tissue labels have the
-/// same grid.
+/// Position of the voxel grid in frame W: p_W = origin + voxel · index. The distance field and the tissue labels have
+/// the same grid.
 struct VoxelFrame {
-  glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in W
+  glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in frame W
   double voxel = 1e-4;         // m, edge of a voxel
 
   glm::dvec3 to_world(const glm::dvec3& index) const { return origin + voxel * index; }

@@ -13,7 +13,7 @@ namespace typodont {
 /// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
 /// the resolution of the packer's grid.
 struct SpherePacking {
-  std::vector<dvec3> center;   // m, in W
+  std::vector<dvec3> center;   // m, in frame W
   std::vector<double> radius;  // m; always above 0
   std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 

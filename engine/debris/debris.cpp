@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (1/s) that marks a particle at rest
-// number of steps after which a particle at rest tests whether its tissue was removed
+// number of steps after which a particle at rest tests whether the tissue below it was removed
 constexpr std::uint32_t kRestSteps = 1024;
 constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
 constexpr std::size_t kGroup = 32;          // number of particles in a group; a group stores one due step (`first_due`)

@@ -24,7 +24,7 @@ namespace typodont::debris {
 /// A coarse distance field of the tissue, off which particles bounce. The caller owns the array. Sample (x,y,z) lies at
 /// origin + spacing·(x,y,z) and has the index (x·size.y + y)·size.z + z.
 struct CoarseField {
-  glm::dvec3 origin{0};             // m, position of sample (0,0,0) in W
+  glm::dvec3 origin{0};             // m, position of sample (0,0,0) in frame W
   double spacing = 5e-4;            // m, distance between neighbouring samples
   glm::ivec3 size{0};               // number of samples per axis; 0 if there is no tissue
   const float* distance = nullptr;  // m, negative in the tissue

@@ -34,7 +34,7 @@ struct Film::State {
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
-    // for each neighbour: width of the link between the cells divided by its length
+    // for each neighbour: width of the link (through which water flows to it) divided by the length of the link
     std::array<float, kMostNeighbours> width{};
   };
   FilmOptions options;

@@ -37,7 +37,8 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  // Number of parcels that are due but not yet sprayed; its fraction is carried over to the next step.
+  // Number of parcels (simulated droplets) that are due but not yet sprayed; its fraction is carried over to the next
+  // step.
   double owed = 0;
   double owed_water = 0;  // kg, mass of water that is due but not yet sprayed
   std::uint64_t number = 0, stepped = 0;

@@ -28,7 +28,7 @@ std::string_view name_of(Layout layout) noexcept;
 
 /// The physical panel. Its corners are named for the upright picture.
 struct Screen {
-  /// m, W, three corners of the panel
+  /// m, frame W, three corners of the panel
   dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
@@ -38,14 +38,14 @@ struct Screen {
 /// They displace the image of the hand behind the glass towards the eyes, and the picture is displaced equally
 /// (glass_shift).
 struct Mirror {
-  dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in W
-  double offset = 0;           // m, distance of the plane from the origin of W along the normal
+  dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in frame W
+  double offset = 0;           // m, distance of the plane from the origin of frame W along the normal
   double glass_thickness = 0;  // m, thickness of the glass plate in front of the hand
   double glass_index = 1.52;
 };
 
 struct Head {
-  dvec3 eye_center{0, 0, 0.6};  // m, W, midpoint between the eyes
+  dvec3 eye_center{0, 0, 0.6};  // m, frame W, midpoint between the eyes
   double ipd = 0.063;           // m, interpupillary distance
   dvec3 right{1, 0, 0};         // unit vector from the left eye to the right eye
   std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
@@ -81,14 +81,15 @@ struct DisplayRig {
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default
   HmdRig hmd;              // settings for a headset
   double magnify = 1;      // magnification of the picture, see magnified()
-  std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
+  /// m, frame W: the fixed point of the magnification; no value: the middle of the work
+  std::optional<dvec3> magnify_about;
   double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to the lengths on the bench
 };
 
 /// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point of the magnification is
-/// `rig.magnify_about`, or `about` (m, W) if the rig has none. All distances of screen, mirror and eyes from the fixed
-/// point are divided by the magnification; this gives the magnified picture. The haptic base does not move, so the
-/// visual and the haptic position agree only at the fixed point.
+/// `rig.magnify_about`, or `about` (m, frame W) if the rig has none. All distances of screen, mirror and eyes from the
+/// fixed point are divided by the magnification; this gives the magnified picture. The haptic base does not move, so
+/// the visual and the haptic position agree only at the fixed point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
 /// Reads a rig file (docs/interface.md). Throws Error with the file, the key, the value that was found, and the value
@@ -108,7 +109,7 @@ struct Frustum {
 
 /// View and projection of one eye.
 struct EyeView {
-  dvec3 position{0, 0, 0};  // m, W, position of the eye
+  dvec3 position{0, 0, 0};  // m, frame W, position of the eye
   dmat4 view{1.0};          // maps W to E, m; the determinant is −1 if `flip` is true
   dmat4 projection{1.0};    // maps E to Vulkan's clip space
   Frustum frustum;
@@ -126,11 +127,11 @@ dmat4 reflection(const Mirror& mirror);
 /// Returns the mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Returns the displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the
-/// midpoint p_WC between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement,
-/// so that corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a
-/// pixel. The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
-/// degrees.
+/// Returns the displacement (m, frame W) of an object behind the half mirror's glass. It is computed for the ray from
+/// the midpoint p_WC between the eyes to the middle of the picture, where the work is. Both eyes use the same
+/// displacement, so that corresponding points stay in the same row; separate displacements would shift rows by some
+/// hundredths of a pixel. The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3
+/// mm of glass at 45 degrees.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
 /// Returns the generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen. If there is a

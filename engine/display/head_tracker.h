@@ -84,7 +84,7 @@ class HeadTracker {
 
  private:
   Head rest_;
-  glm::dmat3 R_WK_;  // rotation from the tracker's axes to W
+  glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
   double scale_;     // length scale of the rig
   MotionFilter center_, right_;
   Stats stats_;

@@ -39,11 +39,12 @@ struct Face {
 };
 
 struct BenchPlan {
-  DisplayRig rig;                // panel, mirror and eyes; the arm's middle is at the origin
-  Screen picture;                // the panel's mirror image, where the user sees the picture
-  std::array<dvec3, 4> glass{};  // m, W: corners of the smallest glass: near left, near right, far right, far left
+  DisplayRig rig;  // panel, mirror and eyes; the arm's middle is at the origin
+  Screen picture;  // the panel's mirror image, where the user sees the picture
+  /// m, frame W: corners of the smallest glass: near left, near right, far right, far left
+  std::array<dvec3, 4> glass{};
   double glass_width = 0, glass_length = 0;  // m, size of this glass
-  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; low = high: no box exists
+  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, frame W: the largest box inside all limits; low = high: no box exists
   std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture

@@ -22,7 +22,8 @@ constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets th
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// spacings of the grid, limit of the distance between the lookup on a curved surface and the lookup on its triangle
+// in grid spacings: limit of the distance between the lookup point for a curved surface and the lookup point for its
+// flat triangle
 constexpr float kCurved = 0.15f;
 constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
 
@@ -287,7 +288,7 @@ struct LightScene::Impl {
   std::array<glm::vec3, kRays> directions = sphere_directions();
   struct Sample {
     std::size_t at = 0;  // index of the sample in the grid
-    glm::vec3 p{0};      // m, W, position from which the sample's rays start
+    glm::vec3 p{0};      // m, frame W, position from which the sample's rays start
     bool valid = false;  // false if the sample is inside a body
   };
   std::vector<Sample> samples;
@@ -305,8 +306,9 @@ struct LightScene::Impl {
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
-  /// Finds the samples that a lookup of the light at a surface may read. A lookup is ahead of the surface along its
-  /// normal, so the box of each triangle is moved along its normal; the samples around this box are needed.
+  /// Finds the samples that a lookup of the light at a surface may read. The light of a surface point is looked up at a
+  /// point ahead of the surface along its normal, so the box of each triangle is moved along its normal; the samples
+  /// around this box are needed.
   void find_samples() {
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {

@@ -20,11 +20,11 @@ namespace typodont::render {
 /// A triangle that blocks light and reflects it diffusely. Its corners are counter-clockwise as seen from outside. Its
 /// back is black.
 struct LitTriangle {
-  std::array<glm::vec3, 3> corners;  // m, W, corners of the triangle
+  std::array<glm::vec3, 3> corners;  // m, frame W, corners of the triangle
   glm::vec3 albedo{0.5f};            // linear, fraction of the light that is reflected
 };
 
-/// Adds the triangles of a body's bricks; `origin`: m, W, origin of the vertices.
+/// Adds the triangles of a body's bricks; `origin`: m, frame W, origin of the vertices.
 void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
                       const std::array<Look, kMatterCount>& looks);
 
@@ -42,8 +42,8 @@ LightSources sources_of(const Lights& lights);
 
 class LightScene {
  public:
-  /// Casts rays from those samples of a grid that lie near a triangle. `box`: m, W, bounds of the grid; `spacing`: m.
-  /// Uses several threads; equal arguments give equal results.
+  /// Casts rays from those samples of a grid that lie near a triangle. `box`: m, frame W, bounds of the grid;
+  /// `spacing`: m. Uses several threads; equal arguments give equal results.
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing);
   ~LightScene();
   LightScene(LightScene&&) noexcept;
@@ -57,7 +57,7 @@ class LightScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Returns the light that reaches a surface at p (m, W) with the normal n, interpolated as in the shaders; see
+/// Returns the light that reaches a surface at p (m, frame W) with the normal n, interpolated as in the shaders; see
 /// LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
 

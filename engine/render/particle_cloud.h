@@ -24,13 +24,13 @@ struct CloudLaw {
   // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
   double decay_time = 2, lifetime = 6;
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
-  glm::dvec3 origin{0};       // origin of the distance field, m, W
+  glm::dvec3 origin{0};       // origin of the distance field, m, frame W
   double spacing = 5e-4;      // m, spacing of the samples of the distance field
   glm::ivec3 size{0};         // number of samples, x slowest; 0: no tissue to bounce off
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};                              // m, W, position
+  glm::vec3 p{0};                              // m, frame W, position
   float age = 0;                               // s, time since creation
   glm::vec3 v{0};                              // m/s, velocity
   float mass = 0;                              // kg, mass at creation; 0: removed by suction

@@ -43,7 +43,7 @@ struct Vertex {
 /// m, limit: thicker tissue lets no visible light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
 
-/// The present content of one brick of a mesh. An empty content removes the brick.
+/// The present content of one brick (a block of triangles) of a mesh. An empty content removes the brick.
 struct MeshUpdate {
   std::uint64_t brick = 0;  // any number that is unique in its mesh
   std::vector<Vertex> vertices;
@@ -71,21 +71,21 @@ enum class View {
 struct Eye {
   glm::dmat4 view{1.0};        // maps W to the eye's frame, m
   glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
-  dvec3 position{0, 0, 0};     // m, W, position of the eye
+  dvec3 position{0, 0, 0};     // m, frame W, position of the eye
   bool flip = false;           // true if the eye sees the scene in a mirror
 };
 
 struct Particle {
-  glm::vec3 p{0};        // m, W, position
+  glm::vec3 p{0};        // m, frame W, position
   float radius = 2e-5f;  // m, radius of the particle
   glm::vec3 color{1};    // sRGB
   float opacity = 1;     // 1 for a chip; less for mist
-  glm::vec3 streak{0};   // m, W: path of a droplet during the exposure; it ends at p
+  glm::vec3 streak{0};   // m, frame W: path of a droplet during the exposure; it ends at p
 };
 
 /// The grid of the film of water and slurry on the working tooth; its samples are at origin + spacing · (x, y, z).
 struct FilmGrid {
-  dvec3 origin{0};     // m, W, position of the first sample
+  dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no film
 };
@@ -105,7 +105,7 @@ struct FilmBox {
 /// Light from the room and from other surfaces, on a grid of samples at origin + spacing · (x, y, z). LightScene
 /// computes this grid.
 struct LightGrid {
-  dvec3 origin{0};     // m, W, position of the first sample
+  dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples; 0: no grid
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
@@ -125,7 +125,7 @@ struct LightGrid {
 
 struct ToolState {
   bool visible = false;
-  Pose X_WG;           // the proxy's pose
+  Pose X_WG;           // pose of the drawn tool (the servo's proxy, which stays outside the tissue)
   double angle = 0;    // rad, angle of the spindle about the tool's z
   double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
   double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
@@ -137,12 +137,12 @@ struct ToolState {
 /// point. The ring helps to judge depth in a mono picture.
 struct Cursor {
   bool visible = false;
-  dvec3 p{0};            // m, W: start of the line
-  dvec3 down{0, 0, -1};  // unit, W: direction of the line
+  dvec3 p{0};            // m, frame W: start of the line
+  dvec3 down{0, 0, -1};  // unit vector, frame W: direction of the line
   double radius = 1e-3;  // m, radius of the ring
 };
 
-/// The lights of the scene. Directions are given in W and are not mirrored.
+/// The lights of the scene. Directions are given in frame W and are not mirrored.
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit vector towards the lamp
   dvec3 up{0, 1, 0};             // unit vector towards the ceiling

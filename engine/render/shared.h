@@ -19,8 +19,8 @@ const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the
 // uniform data of a frame: set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];
-  vec4 eye[2];  // xyz: position of each eye, m, W
-  // matrix from W to the shadow map; xy: 0..1 over the map; z: 0..1, increasing away from the lamp
+  vec4 eye[2];  // xyz: position of each eye, m, frame W
+  // matrix from frame W to the shadow map; xy: 0..1 over the map; z: 0..1, increasing away from the lamp
   mat4 light_from_world;
   /// x: width of the shadow map, m; y: depth of the shadow map, m; z: size of a texel, m; w: 1 if there is a map
   vec4 light_size;
@@ -44,10 +44,10 @@ struct FrameData {
   vec4 lamp_middle;       // xyz: middle of the spot, m
   vec4 lamp_right;        // xyz: unit, along the spot's first side
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
-  vec4 tissue_look[16];   // look of each tissue: x: roughness; y: metal; z: wetness
-  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, W; w: samples per m
+  vec4 tissue_look[16];   // optical properties of each tissue: x: roughness; y: metal; z: wetness
+  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, W; w: samples per m
+  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
   vec4 light_samples;     // xyz: number of samples of this grid along each axis
 };
 

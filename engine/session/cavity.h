@@ -14,7 +14,7 @@ namespace typodont::session {
 
 /// The tissue before the work, after the work and in its ideal form. All fields have the same voxel grid.
 struct Preparation {
-  VoxelFrame frame;            // position of the grid in W; sample (0,0,0) lies at the frame's origin
+  VoxelFrame frame;            // position of the grid in frame W; sample (0,0,0) lies at the frame's origin
   DenseField before, after;    // distance fields before and after the work
   DenseField ideal;            // distance field of the ideal; empty if the task has no ideal
   std::vector<Tissue> tissue;  // tissue of each voxel before the work

@@ -9,12 +9,14 @@ namespace typodont::session {
 
 namespace {
 
-// Limit in voxels. Larger distances are not refined, because there the distance between seeds has no effect.
+// Voxels. Beyond this distance from the surface, the closest point is not refined, because there the spacing of the
+// seeds has no effect on the distance.
 constexpr float kRefineLimit = 20;
 // voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
 constexpr float kUnchangedBand = 1.8f;
 
-/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. There are eight passes over all
+/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel at which the
+/// searched quantity is known from the start: the closest surface point, or a mark. There are eight passes over all
 /// voxels, one for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel
 /// `from` to the voxel `to` if that seed is nearer than the seed of `to`.
 template <class Closer>
@@ -105,8 +107,8 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // So far each voxel has the closest point of the seeds. The point is now moved along the surface until it is closest
-  // to the voxel.
+  // So far, each voxel has the surface point of its nearest seed. This point is now moved along the surface until it is
+  // closest to the voxel.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

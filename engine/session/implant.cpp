@@ -23,7 +23,8 @@ constexpr double kHeld = 0.3;
 constexpr double kDrilled = 0.05e-3;  // m, depth tolerance for a drill
 constexpr double kChecked = 0.25e-3;  // m, depth tolerance for a gauge
 constexpr double kThreaded = 0.3e-3;  // m, depth tolerance for a tap
-// Threshold in N: with a smaller force the tool has no contact, because it then follows the hand.
+// Threshold in N: with a smaller force, the tool counts as having no contact, because a tool without contact follows
+// the hand.
 constexpr double kLeastContactForce = 0.05;
 constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
 // m/s; a tool that moves faster along the plan's axis is being moved into the bone

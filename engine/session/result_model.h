@@ -16,7 +16,7 @@ namespace typodont::session {
 /// Tissue labels on a grid, from which the cut face of a section is coloured. A label is air where tissue never
 /// existed.
 struct TissueLabels {
-  VoxelFrame frame;            // position of the grid in W; sample (0,0,0) lies at the frame's origin
+  VoxelFrame frame;            // position of the grid in frame W; sample (0,0,0) lies at the frame's origin
   glm::ivec3 size{0};          // number of samples per axis; 0 if there are no labels
   std::vector<Tissue> tissue;  // z is the fastest index
 };

@@ -617,7 +617,8 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  // This order is necessary: whenever the process ends, either the file is complete or its journal still exists.
+  // The journal's changes are written to the file first, and the journal is removed only after that. So whenever the
+  // process ends, either the file is complete or its journal still exists.
   if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
     throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;

@@ -31,8 +31,8 @@ WholeMesh weld(const SurfaceMesher& mesher);
 /// function before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
-/// Writes the file completely or not at all, in millimetres of W. The extension selects the format: .ply (binary, with
-/// normals, colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
+/// Writes the file completely or not at all, in millimetres, frame W. The extension selects the format: .ply (binary,
+/// with normals, colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over = Over::kNoInput);
 

@@ -173,7 +173,7 @@ class ModelBench {
         }
         const Setting usual = default_setting(model);
         setting_ = &usual;
-        // With the option `quick` this is omitted, because a short run does not come to the tissue.
+        // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
       }
     }

@@ -34,6 +34,8 @@ constexpr double kBall = 5e-3;     // m, radius of the tissue, which is a ball
 constexpr double kHead = 0.6e-3;   // m, radius of a round bur
 constexpr double kDepth = 0.1e-3;  // m, depth at which the surface is estimated
 constexpr std::size_t kToolSpheres = 200;
+constexpr double kReamer = 22e-3;         // m, radius of the reamer
+constexpr double kReamerStart = 16.5e-3;  // m, initial height of the reamer's centre, 1 mm above its contact
 
 DenseTissue ball_field() {
   return read_solids(Json::parse(
@@ -82,6 +84,14 @@ class PackedMethod final : public ContactMethod {
   const SpherePacking& packing_;
   Parameters parameters_;
 };
+
+/// A block of bone with a socket that is 0.5 mm wider than the reamer.
+DenseTissue socket_field() {
+  return read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone",
+      "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},
+      {"sphere": {"center_mm": [0, 0, 16], "radius_mm": 22.5}}]}}]})",
+                                 "bench"));
+}
 
 class Rows {
  public:
@@ -232,6 +242,31 @@ class Rows {
     add("cutting tick, 99.9 %", BenchRow::kNone, "", quantile(times, 0.999), "tick");
   }
 
+ public:
+  /// Measures complete ticks of a servo whose reamer a hand presses into a socket with 180 N.
+  void reaming(const DenseTissue& socket, const SpherePacking& packing, bool quick) {
+    const int count = quick ? 1000 : 5000;
+    ServoSettings settings;
+    settings.tool.diameter = settings.tool.length = 2 * kReamer;
+    settings.spindle.free_speed = 0.3 * kKrpm;
+    settings.stiffness = 60e3, settings.damping = 20;
+    settings.force_limit = 250, settings.torque_limit = 10;
+    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;  // N/m, J/m³
+    settings.method = std::make_shared<PackedMethod>(packing);
+    const std::vector<double> times = bench::least_of([&] {
+      dvec3 x(0, 0, kReamerStart), v(0);
+      return bench::servo_times(TissueVolume(DenseTissue(socket)), settings, 1, count, [&](int, const ServoTick& last) {
+        // A hand of 3 kg, 1000 N·s/m and 20 N/mm across the axis.
+        const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -180);
+        v += 1e-3 * (pull - 1000.0 * v + last.f_T_W) / 3.0;
+        return x += 1e-3 * v;
+      });
+    });
+    add("reaming tick, median", BenchRow::kNone, "", quantile(times, 0.5), "tick");
+    add("reaming tick, 99.9 %", BenchRow::kNone, "", quantile(times, 0.999), "tick");
+  }
+
+ private:
   std::vector<BenchRow>& rows_;
   const TissueVolume& tissue_;
   std::string knob_;
@@ -239,11 +274,23 @@ class Rows {
   bool differ_ = false;
 };
 
+/// Fits the times of the rows with this name by c · spheres^p, with least squares of the logarithms.
+void add_growth(const std::string& name, std::vector<BenchRow>& rows) {
+  double x = 0, y = 0, xx = 0, xy = 0, k = 0;
+  for (const BenchRow& row : rows) {
+    if (row.name != name) continue;
+    const double u = std::log(row.size), v = std::log(row.time_ns);
+    x += u, y += v, xx += u * u, xy += u * v, k += 1;
+  }
+  rows.push_back({name + ", growth", "time = c · spheres^p", (k * xy - x * y) / (k * xx - x * x), "p"});
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_packing(bool quick) {
   std::vector<BenchRow> rows;
   const TissueVolume field(ball_field());
+  const DenseTissue socket = socket_field();
   Rows measured(rows, field);
   std::vector<std::size_t> sizes = {10000, 36000};
   if (!quick) sizes.push_back(300000);
@@ -254,15 +301,10 @@ std::vector<BenchRow> bench_packing(bool quick) {
     const SpherePacking packing = pack_spheres(field, options);
     measured.packed(packing, to_seconds(thread_cpu_time() - start));
     measured.of(packing, quick);
+    measured.reaming(socket, pack_spheres(TissueVolume(DenseTissue(socket)), options), quick);
   }
-  // Fits the time of a tick by c · spheres^p, with least squares of the logarithms.
-  double x = 0, y = 0, xx = 0, xy = 0, k = 0;
-  for (const BenchRow& row : rows) {
-    if (row.name != "cutting tick, median") continue;
-    const double u = std::log(row.size), v = std::log(row.time_ns);
-    x += u, y += v, xx += u * u, xy += u * v, k += 1;
-  }
-  rows.push_back({"cutting tick, median, growth", "time = c · spheres^p", (k * xy - x * y) / (k * xx - x * x), "p"});
+  add_growth("cutting tick, median", rows);
+  add_growth("reaming tick, median", rows);
   return rows;
 }
 

@@ -57,7 +57,7 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, as in a hand
+    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, like a tool in a hand
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});
 }

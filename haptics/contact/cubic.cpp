@@ -27,8 +27,8 @@ struct Polynomials {
 
 /// Weights of the cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
 constexpr Polynomials weights() {
-  // coefficients of the cubic B-spline, times six; each row belongs to one sample and is ordered by the power of the
-  // fraction
+  // coefficients of the cubic B-spline, times six; each row belongs to one sample, and its columns belong to the powers
+  // 0 to 3 of the fraction
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {

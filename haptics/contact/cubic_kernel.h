@@ -22,7 +22,7 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  Lanes after = Lanes{} + kGrid;  // the rounded sum after the last sample, where no further weight follows
+  Lanes after = Lanes{} + kGrid;  // rounded sum of the weights after the last sample: zero, because there are none
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
     *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);
@@ -41,7 +41,8 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[2], z_slope);
   // Forces the compiler to keep the weights in memory. Each weight is then loaded into all lanes by one instruction.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  // sample k of a row is added to partial sum k mod 4, independent of the vector width
+  // sample k of a row is added to partial sum k mod 4, whatever the vector width is, so that all widths give the same
+  // bits
   alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

@@ -56,8 +56,9 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    double fill_radius = 0;  // m, radius of a filling around X_WA, limited by a head at X_WB; 0: the entry is a cut
-    PerTissue removed{};     // voxels³, removed volume of each tissue; negative for a filling
+    // m, radius of the ball of filling at X_WA, which the head at X_WB limits; 0: the entry is a cut
+    double fill_radius = 0;
+    PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };
 
   /// Adds an entry. `lo` and `hi` are the corners of the box of voxels that the cut may have changed.

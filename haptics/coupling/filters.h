@@ -1,5 +1,5 @@
 // Force filters of two published simulators, for comparison. The filters are not passive: without the passivity
-// controller, the ledger shows how much energy they generate.
+// controller, the energy ledger shows how much energy they generate.
 #pragma once
 
 #include <optional>

@@ -10,16 +10,18 @@ namespace typodont::haptics {
 
 /// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is
-/// predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
+/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
+/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
 /// changes of this hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes
 /// straight strokes will do so again. A hand that moves inward normally continues inward. But the law expects that a
-/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow
-/// or irregular clock.
+/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow or
+/// irregular clock.
 struct PassivityLaw {
-  double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
-  double memory = 0.05;  // s, time constant of the memory of retreats
-  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
+  // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
+  double margin = 2.5;
+  double memory = 0.05;  // s, time constant with which earlier retreats are forgotten
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick is expected to
+  // continue inward
   double turning = 2;
   // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
@@ -51,8 +53,8 @@ struct PassivityLaw {
   // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks, limit: a longer gap is a pause and does not count as the longest tick
-  // J, debt that the ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for rounding and
-  // a sudden reversal.
+  // J, debt that the energy ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for
+  // rounding and a sudden reversal.
   double credit = 0.5e-9;
 };
 
@@ -141,11 +143,11 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// Returns the fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the ledger can pay for.
-/// `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: J in the ledger.
-inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
-                               const dvec3& turned, double dt, double tick, double energy,
-                               PassivityState& state) noexcept {
+/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand in
+/// the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the
+/// last tick. Updates the state.
+inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                              const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
@@ -169,7 +171,6 @@ inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dv
     state.longest = tick + (state.longest - tick) * state.clock_decay;
     if (dt < law.longest_gap * tick) state.longest = std::max(state.longest, dt);
   }
-  if (!(strength > 0 || twist > 0)) return 1;
   double at_stake = 0;
   if (strength > 0) {
     const double along = glm::dot(f, moved) / strength;  // m; > 0: in the direction of the force, outward
@@ -188,7 +189,16 @@ inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dv
     const double back = tick > 2.2 * law.human_tick ? twitch + state.rotation_advance : twitch + std::min(out, 0.0);
     at_stake += twist * std::max({law.margin * state.rotation_retreat, back, 1e-3 * twitch});
   }
-  return std::clamp((energy + law.credit) / at_stake, 0.0, 1.0);
+  return at_stake;
+}
+
+/// The fraction, 0..1, of force and torque that the ledger can pay for. `energy`: J in the ledger; the other arguments
+/// are those of energy_at_stake().
+inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                               const dvec3& turned, double dt, double tick, double energy,
+                               PassivityState& state) noexcept {
+  const double at_stake = energy_at_stake(law, f, moved, tau, turned, dt, tick, state);
+  return at_stake > 0 ? std::clamp((energy + law.credit) / at_stake, 0.0, 1.0) : 1.0;
 }
 
 }  // namespace typodont::haptics

@@ -29,7 +29,8 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
-    // The tip sinks until coupling and tissue balance: k (push - x) = resistance + hardening x.
+    // The tip sinks by the depth x at which the force of the coupling, k (push - x), equals the force of the tissue,
+    // resistance + hardening x.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;

@@ -65,7 +65,8 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    double low = -1e300, high = 1e300;  // interval of slopes that pass all samples so far within the noise
+    // interval of the slopes of lines that pass all samples so far at a distance within the noise
+    double low = -1e300, high = 1e300;
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {
       const double dt = to_seconds(newest_.t - back(n).t);

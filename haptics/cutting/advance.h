@@ -18,7 +18,7 @@ struct Advance {
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// greatest and least component of w away from the axis, among the samples within `reach`
+  /// greatest and least component of the motion w away from the axis, over the samples within `reach`
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
@@ -27,9 +27,10 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // n·w is maximized over the normals n of these pieces. The normals rotate from the first piece's normal to the last
-  // piece's normal. At a tip, they rotate from the downward direction to the last piece's normal. If the direction of w
-  // lies in this range, it is the normal with the maximum, and the maximum is |w|.
+  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
+  // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
+  // to the last piece's normal. If the direction of w lies in this range, it is the normal with the maximum, and the
+  // maximum is |w|.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -26,7 +26,8 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  int lo_x, lo_y, lo_z;  // voxel of the first sample, relative to the base
+  // voxel of the first sample, relative to the sweep's base voxel, from which positions are measured
+  int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
@@ -34,16 +35,17 @@ struct Block {
 /// share.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
-  F8 u[kRowBatches], v[kRowBatches];                                      // terms of eight rows, see carve_block()
-  I8 base[kRowBatches];                                                   // index of the row's first sample
-  // z of eight samples relative to A (the beginning of the sweep); the samples begin at each index
+  // terms of the distance that are equal for all samples of a row, for eight rows
+  F8 u[kRowBatches], v[kRowBatches];
+  I8 base[kRowBatches];  // index of the row's first sample
+  // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
   std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where the new value is above
-/// -kMargin. `narrow`: rows are shorter than a group.
+/// Raises the samples of some groups (eight samples along z each): new = max(old, min(radius - distance, kInner)), if
+/// this is above -kMargin. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -110,7 +112,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends the entries whose lanes are set in a mask.
+/// Appends to the list of groups those elements of `entries` whose lane is set in `mask`.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -133,7 +135,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
   // If the sweep continues another sweep, everything in this ball around A is already empty.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  const float first = c.az - static_cast<float>(block.lo_z);  // z of A (the beginning of the sweep) relative to the row
+  // z of A (the beginning of the sweep), counted from the first sample of a row
+  const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
@@ -145,7 +148,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // The values are computed for every row start, so that the rounding does not depend on the start of a row.
+  // The z coordinates are computed once for each sample at which a group can start, so that their rounding does not
+  // depend on the start of a row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -154,7 +158,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For eight rows, computes the samples that can change: an interval [low, high) with a hole.
+      // For eight rows, computes the samples that can change: an interval [low, high) without the samples of the hole,
+      // where the ball has already removed everything.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -162,7 +167,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // These bounds are truncated to integers later. Because of the + 1 this rounds up, since all values are positive.
+      // These bounds are truncated to integers later. All values are positive, so adding 1 and truncating rounds them
+      // up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -239,20 +245,21 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
 /// The blocks around a ball, the path length at which each block is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // pointer to the label of the sample at the origin
+  const Tissue* tissue;  // pointer to the label of the front's first voxel
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
-  float* due;                   // pointer to the path length at which the block at the origin must be examined again
+  float* due;                   // pointer to the path length at which the front's first block must be examined again
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  // Layers of blocks are assigned to the parts in turn. `parts`: number of parts; `part`: index of this part;
-  // `first_layer`: part of the first layer.
+  // The lists of the front consist of parts. Successive layers of blocks along x belong to successive parts,
+  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
+  // the first layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // the listed groups
+  CutFront::Found* found;  // the list that receives the groups
   // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
   int listed, room;
 };
@@ -267,8 +274,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. Same row terms as in
-/// carve_block().
+/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. `u`, `v`: terms of the
+/// distance that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -290,7 +297,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Data that the samples of a row have in common, for eight rows.
+/// Computes the terms of the distance that are equal for all samples of a row, for eight rows.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -312,8 +319,9 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Raises the samples of all blocks that are due, and computes the path length at which each of them is due again.
-/// Lists the groups that may change until the head has moved by `ahead`.
+/// Cuts all blocks that are due, that is, blocks that must be examined at the head's present path length. Computes the
+/// path length at which each of them is due again. Also lists the groups of samples that may change until the head has
+/// moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -481,7 +489,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Groups extend beyond the sweep, and the lists are from a time when the head was up to one voxel away.
+  // The tables of heights must extend beyond the sweep, because groups extend beyond it, and because the lists were
+  // made when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
@@ -513,8 +522,9 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once,
-  // their lists get different lifetimes, so that they expire at different times.
+  // A list of groups is valid until the head has moved by a fixed path length. A fast head would reach it at once, so
+  // no list is made. If several parts are listed at once, their lists get different lifetimes, so that they expire at
+  // different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

@@ -1,5 +1,5 @@
-// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It contains the
-// change of samples by a cut, and the removed volume by tissue.
+// This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It changes samples
+// as a cut does (a cut raises the stored distances), and sums the removed volume of each tissue.
 
 /// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
 /// both the old value and −kMargin. Returns the new values. `least`: the limit that the depth had to exceed; `rises`:
@@ -32,7 +32,7 @@ struct Taken {
     if (to) graded = to->graded;
   }
 
-  /// Adds a whole group of samples with the same label `group_label`, except for samples that lose nothing.
+  /// Adds the removed volume of a whole group of samples. All samples that lose volume have the label `group_label`.
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label, const float* samples) {
     change_label(group_label);
     units += taken;
@@ -45,8 +45,8 @@ struct Taken {
     }
     if (++groups == 255) close();  // keeps the sums below 2^31, because a voxel has 2^23 units
   }
-  /// Adds the samples `from` .. `to` of a group; their labels may differ. `labels`: label of the group's first
-  /// sample.
+  /// Adds the removed volume of the samples `from` .. `to` of a group; their labels may differ. `labels`: label of the
+  /// group's first sample.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;

@@ -12,8 +12,8 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of samples to the nearest of some pieces, and a mask of the samples that are outside at least one
-/// piece.
+/// Squared distance of samples from the nearest of some pieces of the meridian, and a mask of the samples that lie on
+/// the outer side of at least one piece.
 struct NearestPiece {
   Floats square;
   Mask outside;

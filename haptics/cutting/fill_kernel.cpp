@@ -30,10 +30,11 @@ constexpr int kLanes = 8;
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord
 
-/// Eight samples of a row. Samples outside the block count as full, so that nothing lowers them.
+/// Eight samples of a row. Samples outside the block count as completely filled, so that the filling does not change
+/// them.
 struct Lanes {
   float* at;
-  int from, to;  // range of lanes in the block
+  int from, to;  // range of the lanes that lie in the block
 
   TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_KERNEL F8 load() const {
@@ -51,9 +52,9 @@ struct Lanes {
   }
 };
 
-/// If the tool's limit is nearer than the ball, the limit determines the distance. The limit is evaluated for each
-/// sample in `meant`, unless it is far from all eight samples. (Groups of eight are aligned like the volume's leaves,
-/// so that the result does not depend on the block.)
+/// If the solid that limits the tool's filling is nearer than the ball, the solid determines the distance. The solid is
+/// evaluated for each sample in `meant`, unless it is far from all eight samples. (Groups of eight are aligned like the
+/// volume's leaves, so that the result does not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -77,7 +78,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  RemovedVolume reverse;  // volume that the reverse change would remove
+  // volume that the change from the new to the old distances would remove; this is the added volume
+  RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
     const float vx = static_cast<float>(block.first.x + x), px = vx - ball.x;

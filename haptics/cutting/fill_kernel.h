@@ -12,7 +12,7 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// A ball of filling. Positions are relative to the head pose's base, in voxels.
+/// A ball of filling. Positions are in voxels, relative to the base voxel of the head's pose.
 struct FillBall {
   HeadPose head;
   MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head, and of its path out of the tissue
@@ -23,13 +23,14 @@ struct FillBall {
 };
 
 struct FillBlock {
-  glm::ivec3 first, size;  // first sample of the block, relative to the base
+  glm::ivec3 first, size;  // first sample of the block, relative to the same base voxel
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// Lowers the distances of a block; see Fill::lower().
+/// Adds the filling to a block: reduces each distance to the distance from the filling, if this is smaller.
+/// Fill::lower() explains the arguments.
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

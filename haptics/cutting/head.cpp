@@ -35,7 +35,8 @@ struct HeadBlock {
 
 /// Further results of carve_head_block().
 struct BlockSlack {
-  float ahead = 0;       // voxels, input: samples with less slack than this value are marked in `live`
+  // voxels, input: samples that may change before the head has moved this far are marked in `live`
+  float ahead = 0;
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
   // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
   std::uint64_t* live = nullptr;
@@ -148,7 +149,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined, but what() does not need it then.
+  // If the centre lies on the surface, the direction is undefined, but it is not needed then.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -184,8 +185,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// For a point: its distance beyond the ends of a piece, measured along the piece, and its depth below the piece. T is
-/// one float or eight floats.
+/// For a point: its distance beyond the ends of a piece of the meridian, measured along the piece, and its depth below
+/// the piece. T is one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -199,9 +200,9 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Tests for each of two neighbouring pieces whether it alone can be nearest to any of `count` samples along z while
-/// the head moves by `ahead`. Returns one bit for each piece. `first`, `last`: indices of the two pieces, or of one
-/// piece. `v`: the first sample relative to the head, in V.
+/// For each of two neighbouring pieces of the meridian, tests whether this piece alone is nearest to all of `count`
+/// samples along z while the head moves by `ahead`. Returns one bit for each piece, which is 1 if this is the case.
+/// `first`, `last`: indices of the two pieces, or of one piece. `v`: the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -233,8 +234,9 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// Begins a pass for one end of the head's motion. `after`: true if the head was already cut out at the other end.
-  /// `ahead`: path length for which the results must be valid.
+  /// Begins a pass for the head's pose at the beginning or at the end of its motion. `after`: true if the tissue inside
+  /// the head was already removed at the other of these two poses. `ahead`: path length for which the results must be
+  /// valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -254,7 +256,8 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks; what() then returns the work for each block.
+  /// Evaluates the added blocks. Afterwards what() returns for each block whether it must be cut, only examined, or
+  /// neither.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -263,7 +266,8 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Tries to replace the kind of a group of samples by a kind with a single piece. The group begins at
+  /// The `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a single
+  /// piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group begins at
   /// `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
@@ -283,15 +287,16 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // For a motion along the axis, samples above two limits do not change. Within a block, z and rho + z differ from
-    // the values at the centre by at most kHalf and √2 kHalf.
+    // If the head moves along its axis, samples above its end and beside its flank do not change
+    // (Straight::still_above). The test uses the block's centre. Within a block, z and rho + z differ from the values
+    // at the centre by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
       return Work::kNone;
     }
     slack = kNoEnd;
-    // The block was deep in the head at the previous pose, so it is empty already.
+    // The block was deep inside the head at the other pose, where the tissue was already removed. So it is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
@@ -348,8 +353,8 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece suffices if all samples lie between its ends and, for samples inside the head, on its side of the
-    // bisectors at its ends.
+    // It is enough to examine a single piece of the meridian if all samples lie between its ends and, for samples
+    // inside the head, on its side of the bisectors at its ends.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -376,7 +381,8 @@ class HeadPass {
   int lanes_ = 0;
 };
 
-/// Returns the kind of a group that spans two neighbouring blocks.
+/// Returns the kind (the set of pieces that can be nearest) of a group that spans two neighbouring blocks with the
+/// kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -433,8 +439,9 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises the samples of all due blocks of a part, and computes the path length at which each block is due again. Lists
-/// the groups that may change until the head has moved by `ahead`.
+/// Cuts all blocks of one part of the front that are due, that is, blocks that must be examined at the head's present
+/// path length. Computes the path length at which each of them is due again. Also lists the groups of samples that may
+/// change until the head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -478,7 +485,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               slack = clipped ? 0 : found.slack;  // nothing is known about the rest of the block
               kinds[z - z0] = block.kind;
             }
-            // Samples that remain after the cut at A are examined again at B.
+            // After the cut at pose A (k = 0), every block is due at once, because its remaining samples are examined
+            // again at pose B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0 || !(ahead > 0)) continue;
@@ -539,8 +547,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // Groups extend to the ends of their blocks, and the lists are from a time when the head was up to one voxel away.
-    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
+    // The tables of heights must extend beyond the sweep, because groups extend to the ends of their blocks, and
+    // because the lists were made when the head was up to one voxel away. Lists that were made before the head moved
+    // along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);

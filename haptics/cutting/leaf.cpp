@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-// Compiled for each number of lanes and selected at run time, as in listed.cpp; every processor computes the same bits.
+// The kernel is compiled for each number of lanes and selected at run time. Every processor computes the same bits.
 namespace halves {
 namespace {
 

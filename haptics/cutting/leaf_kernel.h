@@ -6,8 +6,8 @@ struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
 
-/// Raises the samples of a leaf. `capsule`: false if the ball moves so little (Sweep::is_ball) that only its end
-/// position counts, as in depth_of_eight().
+/// Raises the samples of a leaf. `capsule`: false if the ball moves so little (Sweep::is_ball) that its end position
+/// alone is accurate enough.
 template <bool capsule>
 TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf;

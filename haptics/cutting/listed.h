@@ -24,14 +24,16 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
+/// A cut by a ball, and the active front of its patch (CutFront), as plain data. Positions are relative to the first
+/// voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
-  float* distance;    // pointer to the distance of the sample at the origin
-  struct {            // tables, indexed by the height (z)
-    float* apart;     // distance from A along z; if the ball at B covers everything: squared distance from B along z
-    float* ahead;     // distance from A along z, times the z component of the motion
+  // position of the first block's first voxel, relative to the base voxel from which `c` is measured
+  glm::ivec3 origin;
+  float* distance;  // pointer to the distance of the sample at the origin
+  struct {          // tables, indexed by the height (z)
+    float* apart;   // distance from A along z; if the ball at B covers everything: squared distance from B along z
+    float* ahead;   // distance from A along z, times the z component of the motion
   } heights;
   CutFront::Listed groups;
   struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
@@ -42,7 +44,7 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// A cut by a head that is not a ball, and its front, as plain data.
+/// A cut by a head that is not a ball, and the active front of its patch (CutFront), as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
@@ -55,8 +57,8 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples that can never
-/// contain surface count as having any label.
+/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples of air that
+/// contain no part of the tissue count as having the label of the others.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;

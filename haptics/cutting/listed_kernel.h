@@ -97,7 +97,8 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
+/// Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -111,7 +112,7 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. Each struct below
-/// computes the depth below one kind of piece, for a run of groups.
+/// computes the depth below one kind of piece, for consecutive groups.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -140,7 +141,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Computes the depth below one or two pieces, including their ends.
+/// Computes the depth of samples below one or two pieces of the meridian, including the ends of the pieces.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -325,7 +326,8 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups, otherwise all other groups. Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
+/// Returns true if a sample changed.
 TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
@@ -337,7 +339,8 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece is the head's end. Samples that are nearest to other pieces do not change.
+    // The first piece of the meridian is the head's end. In a motion along the axis, samples that are nearest to other
+    // pieces do not change.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

@@ -21,8 +21,8 @@ struct MeridianPiece {
   // tan(φ/2); φ: angle between the normals of this piece and its neighbour at their common corner
   float corner_a, corner_b;
 };
-// Limit of the values of a kind. A kind below this value is the index of a single smooth piece. Any other kind is this
-// value plus a set of pieces (one bit each).
+// The kind of a group of samples states which pieces of the meridian can be nearest to the samples. A kind below this
+// value is the index of a single smooth piece. Any other kind is this value plus a set of pieces (one bit each).
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
 /// A pose of the head, in voxels relative to `base`. `base` is a voxel near the head, so that floats are precise

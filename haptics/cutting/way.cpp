@@ -146,8 +146,8 @@ struct Centres {
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // positions of the samples, relative to the first pose's base
-  F8 best, top;      // lower and upper bound of the depth
+  F8 x, y, z;        // positions of the samples, relative to the base voxel of the first pose
+  F8 best, top;      // lower and upper bound of the largest depth of each centre
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest
 };
@@ -189,7 +189,8 @@ struct AtStart {
     return set;
   }
   /// Returns true if the head recedes from all samples of the block. Depth is concave along the path, so each sample is
-  /// then deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
+  /// then deepest at the beginning of the path. `rounding`: upper bound of the rounding error of the path's component
+  /// along a normal.
   bool recedes(const Straight& way, int lane, float rounding) const {
     const unsigned set = nearest_within(kHalf, lane, way.count);
     const glm::vec3 p(at.x[lane], at.y[lane], at.z[lane]);
@@ -211,12 +212,13 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// This function is used only for centres that are not outside the head; most centres are outside.
+/// Computes the distance of each centre from each piece of the meridian. It is called only if a centre is not outside
+/// the head, because most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // The kernel assigns an arc's second end to the next piece.
+    // The kernel assigns an arc's second end to the next piece, so the distance from this end is computed here.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -224,7 +226,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found) {
 }
 
 /// Returns the smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample
-/// of the block, relative to the first pose's base. Depth is concave, so it is smallest at a corner of the block.
+/// of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner of the
+/// block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -246,15 +249,15 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to the first pose's base
+  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
   float top, n[3], share;
   float bent;    // upper bound of the error when the centre's values are used for the other samples
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
   unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
 
-  /// A plane bounds the depth in each row of the block. Returns the bound of row (ix, iy) minus the bound of the row
-  /// through the centre.
+  /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre minus the bound
+  /// of row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
@@ -303,7 +306,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // samples that have reached the maximum
+      const I8 full = old >= Sweep::kInner;  // samples that already have the largest value that a cut writes
       const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) {
@@ -349,7 +352,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   return changed;
 }
 
-/// Searches the largest depths of eight listed samples and raises the samples.
+/// Searches the largest depths of eight listed samples on their paths, and raises the samples to these depths.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;
@@ -403,12 +406,13 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // For a rotation, the sum of squares is twice the squared chord of its angle.
+  // For a rotation, the sum of the squared elements of this difference is twice the squared chord of the rotation
+  // angle.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
   // Upper bound of the error of a tangent. It has three parts: rounding; near a corner, twice the distance to the
-  // corner; and the rounding of the path's direction
+  // corner; and the rounding of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -470,7 +474,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     glm::ivec3 begun[8];
     float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
     const auto note = [&](float* at, float slack) {
-      // only the last part of the path determines when blocks are due
+      // only the last segment of the path determines at which path length a block is due
       if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;

@@ -20,7 +20,7 @@ struct Straight {
   int count;
   float turned;   // upper bound of the difference between the paths of samples at a distance of one voxel
   float longest;  // longest path of any sample that a cut may change
-  float slip;     // upper bound of the error of a tangent
+  float slip;     // upper bound of the error of a tangent to the depth along the path
   // For a motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond
   // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
   // the whole motion. kNoEnd for every other motion.
@@ -36,8 +36,8 @@ struct DueBlocks {
   float way;               // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// Returns the due values of a row of blocks along z, from the block that begins at `voxel` to the block that
-  /// contains height `last_z`. Null if any of these values is unknown.
+  /// Returns the path lengths at which the blocks of a row along z must be examined again, from the block that begins
+  /// at `voxel` to the block that contains height `last_z`. Null if any of these values is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
@@ -65,7 +65,7 @@ struct PathMaxima {
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
-  // voxels, positions of the samples, relative to the base of the motion's last pose
+  // voxels, positions of the samples, relative to the base voxel of the motion's last pose
   float x[kRoom], y[kRoom], z[kRoom];
   float* at[kRoom];
   std::uint8_t label[kRoom];

@@ -6,8 +6,8 @@ TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float ab
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
-/// The piece nearest to some samples, as in NearestPiece; also the samples' positions relative to this piece, and its
-/// normal there.
+/// The piece of the meridian nearest to some samples, as in NearestPiece; also the samples' positions relative to this
+/// piece, and its normal at the nearest point.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -50,7 +50,7 @@ struct NearestWithNormal {
   }
 };
 
-/// Finds the nearest of several pieces. `set`: one bit for each piece.
+/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -62,16 +62,16 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 }
 
 /// Returns the mask of the samples whose depth may have been larger than both their present depth (by a relevant
-/// amount) and `least`, on the path back to the previous pose. The depth initially grows by `growth` / `scale`, and
-/// never faster.
+/// amount) and `least`, on the path back to the previous pose. Over the whole path back, the depth grows by at most
+/// `growth` / `scale`, because it grows fastest at the start.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The piece nearest to some samples, and the component of a direction towards this piece, computed without another
-/// square root. The direction is given by its components perpendicular to the axis and along it, both multiplied by
-/// rho.
+/// The piece of the meridian nearest to some samples, and the component of a direction towards this piece, computed
+/// without another square root. The direction is given by its components perpendicular to the axis and along it, both
+/// multiplied by rho.
 struct NearestOnWay {
   NearestPiece nearest;
   /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
@@ -101,7 +101,7 @@ struct NearestOnWay {
   }
 };
 
-/// Finds the nearest of several pieces. `set`: one bit for each piece.
+/// Finds the nearest of several pieces of the meridian. `set`: one bit for each piece.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -118,9 +118,10 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 /// perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // n·w is maximized over the normals n of these pieces. The normals rotate from the first piece's normal to the last
-  // piece's normal. At a tip, they rotate from the downward direction to the last piece's normal. If the direction of w
-  // lies in this range, it is the normal with the maximum, and the maximum is |w|.
+  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
+  // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
+  // to the last piece's normal. If the direction of w lies in this range, it is the normal with the maximum, and the
+  // maximum is |w|.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

@@ -33,8 +33,8 @@ struct Arm {
   double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
   double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
   double joint_speed = 30;      // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
-  // Values for the gravity compensation of the bodies B and C: masses, and distances of the centres of mass from the
-  // joint.
+  // Values for the gravity compensation of the bodies B and C: masses, and distances of their centres of mass from
+  // their joints.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
@@ -48,7 +48,7 @@ Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
-/// Angles of the bodies A, B, C in rad.
+/// Angles of the bodies A, B, C (the parts of the arm that the motors drive) in rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
 /// Angles of the stylus joints D, E, F in rad. They are invalid if the stylus has no encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);

@@ -110,8 +110,8 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   return times;
 }
 
-/// Root mean square error of the estimated velocity on a path, in m/s. It is relative to the velocity at the same time,
-/// and relative to the velocity earlier by the stated lag.
+/// Root mean square error of the estimated velocity on a path, in m/s. The estimate is compared with the true velocity
+/// at the same time, and with the true velocity earlier by the stated lag.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };

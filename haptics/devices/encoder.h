@@ -27,7 +27,7 @@ class Encoder {
   /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
   /// is the largest possible change between two readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // A difference in 16 bits is the shorter of the two possible directions.
+    // The 16-bit difference wraps around. So it gives the shorter of the two possible rotations.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }

@@ -97,8 +97,8 @@ void release_all_devices() noexcept {
       any = true;
     }
     // Sends zero force a second time after a pause. In the pause, a servo that was sending a force finishes, sees the
-    // flag and sends zero force itself. The second time is for a servo that was interrupted before it could see the
-    // flag.
+    // flag that forbids force, and sends zero force itself. The second time is for a servo that was interrupted before
+    // it could see the flag.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

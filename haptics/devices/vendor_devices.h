@@ -16,8 +16,8 @@ namespace typodont::haptics {
 class VendorDevices {
  public:
   /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If `ask` reports that it failed, the entry states that access is not permitted,
-  /// and the next call tries again. Exceptions of `ask` are passed on.
+  /// describes it and closes it again. If `ask` reports that it failed, the device's element of the list states that
+  /// access is not permitted, and the next call tries again. Exceptions of `ask` are passed on.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// An object of this class exists while this process has a device of the library open.

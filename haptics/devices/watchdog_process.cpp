@@ -20,7 +20,7 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  // commands to send; the array is large enough for a frame to a WebSocket service
+  // the command for zero force; the array is large enough for a frame to a WebSocket service
   std::array<std::uint8_t, 320> bytes{};
   std::size_t size = 0;
 };

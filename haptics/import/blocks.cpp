@@ -29,7 +29,8 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // The run ends at the end of the block. Outside the box, a run has only one sample.
+        // A run (samples along z that are copied together) ends at the end of the block. Outside the box, a run has
+        // only one sample.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
@@ -416,7 +417,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
 }
 
 Bodies find_bodies(const Mask& mask) {
-  // A row of neighbouring voxels of the mask along z. Runs that touch each other are joined to one component
+  // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
   // (union–find).
   struct Run {
     int x, y, begin, end;

@@ -156,8 +156,8 @@ std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// Squared distance, in voxels, from each sample to the nearest sample in `mask`. The value is very large if this
-/// sample is farther away than `reach` voxels along an axis.
+/// Squared distance, in voxels, from each sample to the nearest sample in `mask`. The value is very large if the
+/// nearest sample of the mask is farther away than `reach` voxels along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// The connected components of a dense mask. Samples are connected over faces.

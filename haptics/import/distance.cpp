@@ -29,8 +29,8 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
 
 // Passes features (points or triangles) from sample to sample. It starts from the samples in x_lo .. x_hi − 1 that have
 // a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets, and each
-// bucket holds a range of distances of a quarter step. This order is precise enough, and an insertion takes constant
-// time.
+// bucket holds the distances of one interval, whose width is a quarter of `step`. This order is precise enough, and an
+// insertion takes constant time.
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
                       int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
@@ -59,7 +59,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               unpropagated[j] = 1;
-              // No feature is inserted into an earlier bucket.
+              // No feature is inserted into an earlier bucket, because the earlier buckets were already processed.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }

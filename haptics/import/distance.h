@@ -37,8 +37,8 @@ struct Triangle {
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
 /// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, multiplied by six. It is the sum of
-/// the signed crossings of rays in the six axis directions, whereas the paper takes the mean over all directions. The
-/// value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
+/// the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean over all directions.
+/// The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
 
 /// Distance from every sample to the nearest triangle, from 0 to `band`.

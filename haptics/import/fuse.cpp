@@ -192,7 +192,7 @@ class Crowns {
   }
 
   /// Finds the connected pieces of triangles with covered_ == `covered`. If change(area, at border) is true for a
-  /// piece, the state of its triangles is changed.
+  /// piece, the value of covered_ is inverted for its triangles.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -231,7 +231,7 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // Pairs of the distance of a triangle to the CT's surface (m) and the area of the triangle (m²).
+    // For each triangle: its distance from the CT's surface (m) and its area (m²).
     std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
@@ -418,7 +418,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.exact_outside = ct.exact_outside;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // Computes the blended field, positive inside. Only samples near both surfaces change.
+  // Computes the field in which the surfaces of scan and CT are blended, positive inside. Only samples near both
+  // surfaces change.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);

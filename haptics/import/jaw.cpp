@@ -187,7 +187,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // smallest measure of a tube, as a fraction of the contrast; a tube with the radius kRadius has about a third
+  // smallest tube measure (it states how steeply the grey value rises across the tube), as a fraction of the contrast;
+  // in a tube with the radius kRadius, it is about a third
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -319,7 +320,8 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   }
   constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels that counts as metal
   if (metal.size() >= kLeastMetal) {
-    // The third quartile is used instead of the median, because many of these voxels lie at borders and are too dark.
+    // The third quartile is used instead of the median, because many voxels of the metal lie at its borders and are too
+    // dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
@@ -422,8 +424,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    // Position between the grey values of cancellous (0) and cortical bone (1). A brighter sample belongs to the
-    // canal's wall.
+    // Threshold on a scale from the grey value of cancellous bone (0) to that of cortical bone (1). A brighter sample
+    // belongs to the canal's wall.
     constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
     const double rise = greys.hard - greys.soft;
@@ -473,8 +475,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
 
   // Estimates the uncertainty of each tissue's volume. It is the area of the tissue's border multiplied by the
-  // uncertainty of the border's position. This comes from noise and from the uncertainty of the grey values. For teeth
-  // and bone, the volume is added that the random walker may have labelled wrongly.
+  // uncertainty of the border's position. The latter comes from noise and from the uncertainty of the grey values. For
+  // teeth and bone, the volume is added that the random walker may have labelled wrongly.
   constexpr double kBorder = 0.1;  // voxels, error of a border's position without noise, as measured
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));

@@ -21,7 +21,7 @@ struct Levels {
   double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;         // the same standard deviation after smoothing
+  double smoothed_noise = 0;         // standard deviation of the grey values in the surroundings after smoothing
 
   /// Grey value of the surface. At the true position of a blurred edge, the grey value is halfway between both sides.
   double surface() const { return outside + height * (soft - outside); }

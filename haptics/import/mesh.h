@@ -18,7 +18,7 @@ struct Mesh {
   std::vector<Color> colors;                // colour of each point; empty if the file has no colours
 };
 
-/// Numbers of the repairs that were made when a mesh was read.
+/// Counts the repairs that were made when a mesh was read.
 struct MeshRepairs {
   std::size_t collapsed = 0;  // number of removed triangles with two equal corners
   std::size_t welded = 0;     // number of corners that were merged with another corner at almost the same position

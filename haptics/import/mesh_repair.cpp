@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// Calls use(first, end) for each edge, with the range of the entries of the triangles at this edge.
+/// Calls use(first, end) for each edge. This range of `edges` has one element for each triangle at the edge.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {

@@ -37,7 +37,7 @@ struct Shells {
   // kMostNested shells.
   std::vector<int> depth;
 };
-// largest number of shells for which this is computed; more shells are probably fragments
+// largest number of shells for which Shells::depth is computed; if a mesh has more shells, they are probably fragments
 inline constexpr std::size_t kMostNested = 200;
 /// Finds the shells of a mesh. With `nesting`, it also computes Shells::depth.
 Shells shells_of(const Mesh& mesh, bool nesting);

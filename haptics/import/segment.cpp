@@ -14,7 +14,8 @@ constexpr double kStep = 0.5;  // length in voxels of the steps along rays
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// The contacts of a part: numbers of its voxel faces, by the material on the other side of the face.
+// The contacts of a part with its surroundings: for each material, the number of the part's voxel faces that have this
+// material on the other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -279,7 +280,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   // Distance in voxels on each side of the surface within which the blurred edge changes the grey values.
   const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);
 
-  // Measures the grey value of the surroundings, in voxels beyond the blurred edge and outside other bodies.
+  // Measures the grey value of the surroundings near each sample. Only voxels that lie beyond the blurred edge and
+  // outside other bodies are used.
   const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {
     return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
   });

@@ -380,7 +380,8 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // Corners of the faces after the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
+  // The edge from a to b is split at m; c and d are the third corners of its faces f and g. Corners of the faces after
+  // the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -408,7 +409,8 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // Corners of the faces after the flip: f: a, d, c; g: d, b, c.
+  // The edge from a to b is replaced by the edge from c to d. Corners of the faces after the flip: f: a, d, c; g: d, b,
+  // c.
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);

@@ -85,9 +85,10 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   } else if (!contact.bridging) {
     c.pressed = dvec3(0);  // nothing presses the head, so the teeth have no load
   }
-  c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
+  c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // A turning bur always slips; its tangential force is the force of the teeth.
+  // A turning bur always slips, and its tangential force is that of the teeth. So friction is added only for other
+  // tools.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -111,7 +112,8 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// A penalty method computes the force itself, with its own springs and dampers instead of the coupling.
+/// Takes over the force of a penalty method, which computes it with its own springs and dampers instead of the
+/// coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -137,8 +139,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Returns the part of P::waiting_slew (N in this tick) that the change of the depth does not use. Other changes of the
-/// force may use this part.
+/// The normal force may change by at most P::waiting_slew. Returns the part of this change (N in this tick) that the
+/// change of the depth leaves for other causes.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -152,7 +154,7 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
   if (coupling.normal_force <= 0) return stiffness = wanted;
   // At a large depth, a change of stiffness is a large change of force, and a rise of stiffness adds energy that the
-  // hand did not put in.
+  // hand did not put in. So the change per tick is limited.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -181,8 +183,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole,
-/// where the teeth do not move.
+/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole of
+/// the head (on the axis), where the teeth do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -268,8 +270,8 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
 }
 
 /// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies the energy of the
-/// vibration, so the ledger counts it as energy of the spindle. The band is limited so that a period has at least five
-/// ticks.
+/// vibration, so the energy ledger counts it as energy of the spindle. The band is limited so that a period has at
+/// least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -1,4 +1,5 @@
-// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its ledger.
+// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its energy
+// ledger.
 #include <algorithm>
 #include <cmath>
 
@@ -8,14 +9,44 @@ namespace typodont::haptics {
 
 using P = LimitParameters;
 
+bool Servo::State::lands(const ContactTick& now) const noexcept {
+  return settings.laws >= P::laws_of_landing && now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
+}
+
+dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
+  return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
+}
+
+/// The part of a force change that is held back, N. `change`: N, size of the change, above the limit drilling_slew. By
+/// laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's spring, also where
+/// this displacement turns the force without increasing it. A force that lags behind the hand resists too little on the
+/// way in and too much on the way back, and both reduce the ledger's energy.
+double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
+  const double over = change - P::drilling_slew * now.dt;
+  if (!lands(now)) return std::min(over, P::lag_limit);
+  const double k = settings.stiffness * coupling.relative_stiffness;
+  const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
+  if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
+    return std::min(over, beyond);  // the hand retreats
+  }
+  // The implant model limits its force's changes itself, except for a drill that perforates the bone: its force falls
+  // as by older laws.
+  const bool falls =
+      glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
+  const bool perforates = falls && now.contact.holds_turn;
+  return std::min(over, perforates ? P::lag_limit : std::max(P::lag_limit, beyond));
+}
+
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
-  // Limits the force change of a head that lands in its own cut, after a fall from a rim or through soft tissue. The
-  // limit does not include the vibration, which the hand should feel.
-  if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
-    const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
-    const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
-    if (over > 0) now.force -= change * (std::min(over, P::lag_limit) / size);
+  now.unlimited = glm::length(now.force);
+  // Limits the force change of a head that lands, also in its own cut, after a fall from a rim or through soft tissue.
+  // The limit does not include the vibration, which the hand should feel.
+  const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
+  if (now.in.cuts && !now.in.scrapes && (goes_on || lands(now))) {
+    const dvec3 change = force_change(now);
+    const double size = glm::length(change);
+    if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
   if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
@@ -49,10 +80,10 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force if the ledger holds far less energy than the coupling (after a hard landing, or for a tool that
-/// started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks when the
-/// hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such a hand
-/// on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
+/// Limits the force if the energy ledger holds far less energy than the coupling stores (after a hard landing, or for a
+/// tool that started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks
+/// when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such
+/// a hand on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
 /// together. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
@@ -66,32 +97,76 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
+/// By laws 8, the fraction of the force that may stay, 0..1, so that the ledger can pay for the hand's whole retreat
+/// and not only for the next tick. The ledger's energy E allows at most the force of a spring that stores E, √(2 k E).
+/// While the hand retreats by up to Δ per tick, passive_fraction() allows at most E / a, with a = Δ × margin. Both
+/// limits meet without a step, in value and in slope, as √(2 k E - k² a²) for E > k a² and E / a below. `at_stake`: J,
+/// for the whole force.
+double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
+  const Limits& l = limits;
+  const double strength = glm::length(now.force);
+  if (!(strength > 0)) return 1;
+  const double k = settings.stiffness * std::max(coupling.relative_stiffness, now.contact.side_stiffness);
+  const double paid = std::max(sums.energy + l.given, 0.0), slew = P::drilling_slew * now.dt;
+  const double retreat = glm::dot(now.force, now.moved) / strength;  // m
+  double most = 0;                                                   // N
+  if (retreat > 0) {
+    // The hand may retreat as fast as it came.
+    const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
+    most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
+    // A force that rises while the hand retreats would cost energy that the ledger does not have.
+    if (paid < now.stored) {
+      most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
+    }
+  } else {
+    most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
+  }
+  if (most >= strength) return 1;
+  // The force comes down to `most` without a step: by the slew limit, or by the change that the hand's own motion
+  // causes.
+  const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
+  return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
+}
+
+/// Updates Coupling::teeth_fraction. The teeth are pressed by the force that the hand feels. If the hand has felt
+/// little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction rises to 1:
+/// otherwise a hand at rest would neither cut nor give the ledger any energy, and the force would stay small.
+void Servo::State::press_teeth(const ContactTick& now) noexcept {
+  const double left = lands(now) && now.unlimited > 0 ? std::min(1.0, glm::length(now.force) / now.unlimited) : 1;
+  double& rest = coupling.unfelt_for;
+  rest = now.touching() ? std::clamp(rest + (left < P::little_felt ? now.dt : -now.dt), 0.0, 2 * P::rest_time) : 0;
+  coupling.teeth_fraction = std::max(left, std::clamp(rest / P::rest_time - 1, 0.0, 1.0));
+}
+
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
   // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps towards the tissue, the
-  // energy stored in the coupling rises without work of the hand. The ledger allows this energy while the contact
-  // lasts. The hand's work must pay for any later rise.
+  // energy stored in the coupling rises without work of the hand. The energy ledger allows this energy while the
+  // contact lasts. The hand's work must pay for any later rise.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // After the contact, the ledger may be in debt (negative sums.energy), and a ledger in debt would allow no force at
-  // the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed above. A
-  // debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which hold a
-  // force for longer than expected.
+  // After the contact, the energy ledger may be in debt (negative sums.energy), and a ledger in debt would allow no
+  // force at the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed
+  // above. A debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which
+  // hold a force for longer than expected.
   const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;
-  // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
+  // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    double passive = passive_fraction(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
-                                      sums.energy + l.given, l.passivity);
-    passive = std::min(passive, paid_fraction(now));
+    const double at_stake =
+        energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
+    const double guard = at_stake > 0 ? std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0) : 1.0;
+    const double landing = lands(now) ? landing_fraction(now, at_stake) : paid_fraction(now);
+    const double passive = std::min(guard, landing);
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }
+  press_teeth(now);
   return felt_torque;
 }
 

@@ -2,6 +2,8 @@
 // method's folder.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/base/pose.h"
 
 namespace typodont::haptics {
@@ -24,7 +26,8 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s. The saved energy is limited to the present power times this time, until a voxel yields or the bur lands again.
+  // s. A bur saves energy until a voxel yields or until it lands again. The saved energy is at most the present power
+  // times this time.
   static constexpr double budget_time = 0.5;
   // s. Replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
   static constexpr double held_time = 0.05;
@@ -48,7 +51,7 @@ struct CouplingParameters {
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J, energy that a rise of the stiffness may store in the coupling even if the ledger holds less
+  // J, energy that a rise of the stiffness may store in the coupling even if the energy ledger holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
@@ -60,19 +63,31 @@ struct CouplingParameters {
 struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  static constexpr double lag_limit = 0.05;  // N, limit of the force difference that drilling_slew may hold back
-  static constexpr double debt = 2e-9;       // J, limit: a smaller debt of the ledger counts as rounding
-  // N, force that the coupling may always give, even if the ledger is empty
+  // N, largest difference between computed and given force that the limit drilling_slew may cause
+  static constexpr double lag_limit = 0.05;
+  static constexpr double debt = 2e-9;  // J, limit: a smaller debt of the energy ledger counts as rounding
+  // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
+  // Limit of the ratio between the coupling's force and the force that the energy in the energy ledger can pay for
   static constexpr double unpaid_ratio = 2;
+  // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
+  static constexpr std::uint32_t laws_of_landing = 8;
+  // Fraction of the coupling's force; a hand that feels less of it for rest_time does not control the teeth any more
+  static constexpr double little_felt = 0.5;
+  // s, time after which the coupling's force presses the teeth of such a hand, and time in which this force rises
+  static constexpr double rest_time = 0.1;
+  // Factor on the spring's force change by a retreat, which is subtracted from the rise that the slew limit allows
+  static constexpr double retreat_weight = 3;
+  // Factor on the spring's force change by the hand's displacement; the product is the largest change without a step.
+  // Docs and tests count changes above 1.1 times that of the spring as steps (docs/passivity.md)
+  static constexpr double spring_tolerance = 1.09;
 };
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).
 struct ScaleParameters {
   // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
-  static constexpr double credit = 1e-10;  // J, amount by which the ledger may be overdrawn
+  static constexpr double credit = 1e-10;  // J, debt that the energy ledger may have
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 

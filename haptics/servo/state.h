@@ -45,15 +45,16 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
+  double unlimited = 0;     // N, size of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
   /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
-/// softer, the forces are equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the
-/// upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every scene, and
-/// its jumps are encoder counts.
+/// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
+/// up to the upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every
+/// scene, and its jumps are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -82,11 +83,12 @@ struct Servo::State {
   };
   /// Spindle, and energy that may be spent on removal.
   struct Cutting {
-    double speed = 0;         // rad/s, free-running speed
-    double phase = 0;         // rad, angle of the spindle
-    double budget = 0;        // J, energy that may be spent; negative: tissue was removed in advance
-    double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
-    double wall_budget = 0;   // J, part of the budget that may be spent on the wall
+    double speed = 0;   // rad/s, free-running speed
+    double phase = 0;   // rad, angle of the spindle
+    double budget = 0;  // J, energy that may be spent; negative: tissue was removed in advance
+    // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+    double wall = 0;
+    double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -97,8 +99,16 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
-    dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
-    double pressing = 0;  // N, component of head_force along `pressed`
+    // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
+    dvec3 pressed{0};
+    double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
+    // 0..1, fraction of the coupling's force that presses the teeth. It is the fraction of the last tick's force that
+    // the limits of a landing drill left for the hand, or more if the hand feels little for long (press_teeth). It is 1
+    // where these limits do not apply.
+    double teeth_fraction = 1;
+    // s, time for which these limits have left less than LimitParameters::little_felt of the force. It also counts
+    // down, and is at most twice LimitParameters::rest_time.
+    double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
     double rate = 0;  // m/s, smoothed rate of the depth
@@ -109,14 +119,14 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits of the force, the last force, and the energy that the ledger allows.
+  /// Limits of the force, the last force, and the energy that the energy ledger allows.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
-    // J, energy that moving the tool out of tissue has put into the coupling; the ledger allows this energy
+    // J, energy that moving the tool out of tissue has put into the coupling; the energy ledger allows this energy
     double given = 0;
-    /// true if the ledger holds far less energy than the coupling; then the ledger limits the force
+    /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force at start and end
     bool ending = false;
@@ -140,8 +150,9 @@ struct Servo::State {
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the model
-  double travel;             // m, travel() of the model
-  bool turns_matter;         // turns_matter() of the model, for the tool in the hand
+  double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
+  // true if the clearance must be queried in every tick (turns_matter() of the model, for the tool in the hand)
+  bool turns_matter;
   Motion motion;
   Cutting cutting;
   Coupling coupling;
@@ -162,8 +173,9 @@ struct Servo::State {
   /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
 
-  /// Returns the limit of the ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of the
-  /// passivity law, because a greater debt would allow no force, and without a force the hand could never pay it back.
+  /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
+  /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
+  /// back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
@@ -216,6 +228,13 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
+  /// Change of the force of tissue and teeth since the last tick, N.
+  dvec3 force_change(const ContactTick& now) const noexcept;
+  /// True if the limits for a landing drill apply (laws 8).
+  bool lands(const ContactTick& now) const noexcept;
+  double held_back(const ContactTick& now, double change) const noexcept;
+  double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
+  void press_teeth(const ContactTick& now) noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;

@@ -10,8 +10,8 @@ namespace {
 
 /// Parameters of the model that do not depend on the material.
 struct SoftParameters {
-  // Number of alternating solutions for the points and for the tool in a tick. Because of the viscous term, they
-  // converge quickly.
+  // In each tick, the positions of the points and of the tool are computed alternately this number of times. Because of
+  // the viscous term, they converge quickly.
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
@@ -22,7 +22,8 @@ struct SoftParameters {
   // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than this speed allows, the motion of the
   // hand did not cause it.
   static constexpr double hand_speed = 0.6;
-  static constexpr double ignored_time = 0.2;  // s, time constant with which such an overlap gradually begins to press
+  // s, time constant with which an overlap that the hand's motion did not cause gradually begins to press
+  static constexpr double ignored_time = 0.2;
   // A part of the head presses with full weight if the cosine of the angle between its surface and the tissue's surface
   // is above this.
   static constexpr double full_weight = 0.5;

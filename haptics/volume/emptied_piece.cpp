@@ -42,8 +42,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels. kEmpty: limit of the new distances. kClose: tolerance in the test whether the piece is the nearest tissue
-  // of a sample.
+  // voxels. kEmpty: upper limit of the new distances. kClose: tolerance in the test whether the piece is the nearest
+  // tissue of a sample.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

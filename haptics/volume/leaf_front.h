@@ -23,7 +23,7 @@ class LeafFront {
     Leaf* leaf = nullptr;      // the leaf; null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
     bool cut = false;          // true if the leaf was cut since it was first examined
-    std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
+    std::uint64_t logged = 0;  // the last mark (TissueVolume::mark) whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
@@ -48,7 +48,7 @@ class LeafFront {
   }
 
  private:
-  // leaves, margin around a sweep when the window is placed, so that the window rarely moves
+  // leaves, margin that is added around a sweep when the window of leaves is placed, so that the window rarely moves
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

@@ -17,7 +17,7 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// The leaf before the stroke, or the tile that was at the leaf's position.
+  /// The leaf before the stroke, or the tile (one value for the whole leaf) that was at its position.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile was at this position
     Value tile{};

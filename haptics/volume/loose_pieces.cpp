@@ -42,7 +42,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Returns the samples and their neighbours over faces, within the block.
+/// Returns the samples of `b`, and all samples of the block that share a face with one of them.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -53,7 +53,8 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Adds to word x of a part all samples of `solid` that are connected to the part within this word or over a face.
+/// Adds to word x of a part (the samples of one layer x) all samples of `solid` that are connected to the part within
+/// this layer, or across a face from the adjacent layers.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {

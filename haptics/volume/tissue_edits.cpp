@@ -131,7 +131,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // limit of the number of marks whose writes are stored; a session has fewer patches
+  // limit of the number of marks (TissueVolume::mark) whose writes are stored; a session has fewer patches
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;

@@ -33,7 +33,7 @@ inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// A box of bricks, inclusive.
+/// A box of bricks (cubes of 16³ cells, see FieldBrick); both corners are included.
 struct BrickBox {
   glm::ivec3 lo, hi;
   template <class F>
@@ -145,7 +145,7 @@ struct TissueVolume::Impl {
   /// Marks the bricks of a box that a cut or a filling has written to; lo > hi: nothing was written.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  /// Same as TissueVolume::copy_every(), but copies only the samples from..to, inclusive.
+  /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   // A file stores the parts of a value of the label grid separately, see StoredVolume. Saving extracts the hardness

@@ -465,13 +465,58 @@ TEST(Cutting, TheVolumeCutByASlidingBallDependsOnlyOnTheForceNotOnVoxelSizeAndRa
       double pushed = 0;
       for (double t = 0; t < 5.0_mm / 0.03; t += s.tick) {
         const double a = 6 * t - 0.5, in = depth * std::min(1.0, t / 0.03);
-        pushed += bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1).depth * s.tick;
+        const ServoTick& tick = bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
+        pushed += glm::length(tick.f_T_W) * s.tick;
       }
       const double share = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
       least = std::min(least, share), most = std::max(most, share);
     }
   }
   EXPECT_LT(most / least, 1.03);
+}
+
+// A hand that jumps into the tissue gives the ledger hardly any energy, and if it then retreats a little and rests, it
+// feels almost no force. Its bur must still cut.
+TEST(Cutting, ABurThatIsPressedInAbruptlyCutsAtLeastHalfAsFastAsOneThatLandsSoftly) {
+  struct Press {
+    int ticks = 0, ticks_back = 0;  // durations of the push and of the retreat
+    double further = 0;             // m, depth of the push beyond the depth of the rest
+  };
+  for (const char* tissue : {"enamel", "dentin"}) {
+    for (const double depth : {0.5_mm, 1.0_mm}) {
+      // m³ that the bur cuts in the first half second of the rest
+      const auto cut_at_rest = [&](const Press& press) {
+        HapticBench bench(std::string(R"({"voxel_mm": 0.1, "solids": [{"tissue": ")") + tissue +
+                              R"(", "solid": {"box": {"size_mm": [6,6,6]}}}]})",
+                          test::drill_settings("offset"));
+        const auto removed = [&] {
+          double sum = 0;
+          for (const double one : bench.last.removed) sum += one;
+          return sum;
+        };
+        const auto move = [&](double from, double to, int ticks) {
+          for (int i = 1; i <= ticks; ++i) {
+            bench.tick({dvec3(0, 0, 3.6_mm - (from + (to - from) * i / ticks))}, 1);
+            EXPECT_GE(bench.last.energy, -1e-9);
+          }
+        };
+        const double deepest = depth + press.further;
+        move(-0.1_mm, -0.1_mm, 200);
+        move(-0.1_mm, deepest, press.ticks);
+        move(deepest, depth, press.ticks_back);
+        const double before = removed();
+        move(depth, depth, 500);
+        return removed() - before;
+      };
+      const double soft = cut_at_rest({500});
+      for (const Press& press : {Press{1}, Press{3}, Press{5}, Press{3, 5, 0.1_mm}, Press{5, 5, 0.1_mm},
+                                 Press{5, 20, 0.2_mm}, Press{5, 5, 0.4_mm}, Press{7, 20, 0.8_mm}}) {
+        EXPECT_GT(cut_at_rest(press), 0.5 * soft)
+            << tissue << ", rest at " << 1e3 * depth << " mm, " << 1e3 * press.further << " mm further in "
+            << press.ticks << " ticks, back in " << press.ticks_back;
+      }
+    }
+  }
 }
 
 // A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the

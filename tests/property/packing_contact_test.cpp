@@ -19,11 +19,12 @@ namespace {
 
 using namespace literals;
 
+constexpr double kPlaneRadius = 100;  // m
+
 /// A sphere so large that it is a plane at z = 0.
 SphereTree plane() {
-  constexpr double kRadius = 100;
-  const std::vector<dvec3> center = {dvec3(0, 0, -kRadius)};
-  const std::vector<double> radius = {kRadius};
+  const std::vector<dvec3> center = {dvec3(0, 0, -kPlaneRadius)};
+  const std::vector<double> radius = {kPlaneRadius};
   return SphereTree(center, radius);
 }
 ToolSpheres ball_tool(double r = 0.5_mm) {
@@ -141,6 +142,27 @@ TEST(SphereProxy, NoneOfTenThousandHandsPassesAThinSheetAtUpTo20MillimetresATick
   }
   EXPECT_EQ(met, 10'000);
   EXPECT_EQ(through, 0);
+}
+
+TEST(SphereProxy, AHandThatJumps100MillimetresIsFollowedWithinTheLimitAndNotThroughTheTissue) {
+  constexpr double kLimit = 5.0_mm;
+  const SphereTree tree = plane();
+  ToolSpheres tool = ball_tool();
+  tool.add_non_cutting(dvec3(0, 0, 20.0_mm), 1.0_mm);
+  SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0, .longest_path = kLimit});
+  proxy.place(at(0, 0, 30.0_mm));
+  const Pose hand{dvec3(80.0_mm, 0, -30.0_mm), glm::angleAxis(0.5, dvec3(0, 1, 0))};
+  for (int i = 0; i < 60; ++i) {
+    const Pose before = proxy.pose();
+    proxy.follow(tree, hand);
+    for (std::size_t t = 0; t < tool.size(); ++t) {
+      const dvec3 p = proxy.pose() * tool.center_T[t];
+      ASSERT_LE(glm::distance(before * tool.center_T[t], p), kLimit * (1 + 1e-9)) << i;
+      // The surface of plane() is curved. A rotation may deviate from its chord by 5e-5 of the tool's length.
+      ASSERT_GE(glm::distance(p, dvec3(0, 0, -kPlaneRadius)), kPlaneRadius + tool.radius[t] - 5e-5 * tool.reach) << i;
+    }
+  }
+  EXPECT_NEAR(proxy.pose().p.x, 80.0_mm, 0.1_mm);
 }
 
 TEST(SphereProxy, ItSlipsWhenTheTangentialForceExceedsTheStaticFrictionWithinOnePercent) {

@@ -1,5 +1,5 @@
-// Measures the force on a simulated hand while the carver stalls. The hand touches the molar. The servo's own force law
-// is compared with other laws.
+// Measures the force on a simulated hand while the carver (the thread that updates the tissue) stalls. The hand touches
+// the molar. The servo's own force law is compared with other laws.
 #pragma once
 
 #include <cstdint>

@@ -28,7 +28,8 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question that the page answers with one measure of one motion. Only rows whose unit ends with `unit` are used.
+/// A question that the page answers with one measure of one motion of the hand. Only rows whose unit ends with `unit`
+/// are used.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;
@@ -80,7 +81,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// Returns the number of a row that is written into a table cell.
+/// Returns the value of a row that is written into a table cell.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;

@@ -127,6 +127,11 @@ constexpr BenchPart kParts[] = {
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, for different rates, delays "
      "and jitter; and the force on hands at the molar during a stall of the carver, compared with other force laws.",
      bench_stability},
+    {"push", "Force steps of a constant push",
+     "2,000 simulated hands push every turning tool into the molar with a constant force (docs/passivity.md): how many "
+     "feel the force change by more than 0.02 N in one tick, and by more than their own motion explains, by the "
+     "present servo laws and by the version before. Not a timing.",
+     bench_push},
     {"devices", "Hands",
      "Time from a device's sample to its written force, compared with an empty loop, and the error of the velocity "
      "estimate at an arm's encoder resolution. The link is in memory, so the time of USB is not included.",

@@ -1,5 +1,6 @@
-// The parts of `typodont bench`. A part measures error and time, and baselines in the same run, and returns them as
-// rows. The modules provide rows for themselves. Parts that need several modules are in this folder.
+// The parts of `typodont bench`. A part measures errors and times of this program and of baselines (other methods for
+// the same task) in the same run, and returns them as rows. Each module provides the rows that concern only this
+// module. Parts that need several modules are in this folder.
 #pragma once
 
 #include <filesystem>
@@ -41,6 +42,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run);
 std::vector<BenchRow> bench_recording(const BenchRun& run);
 std::vector<BenchRow> bench_latency(const BenchRun& run);
 std::vector<BenchRow> bench_length(const BenchRun& run);
+std::vector<BenchRow> bench_push(const BenchRun& run);
 std::vector<BenchRow> bench_scaling(const BenchRun& run);
 std::vector<BenchRow> bench_stability(const BenchRun& run);
 std::vector<BenchRow> bench_surface(const BenchRun& run);

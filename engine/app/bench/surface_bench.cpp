@@ -1,7 +1,8 @@
 // Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. The
-// inputs are the whole molar at 0.05 mm, the part that changes in a frame of drilling, and a ball at equal error. The
-// row "triangles" meshes bricks, as volumeToMesh does. The row "picture" measures the whole TissueView: reading bricks
-// from the carver's volume, triangles, and the tissues below the surface.
+// inputs are the whole molar with voxels of 0.05 mm, the part of the molar that changes in one frame of drilling, and a
+// ball on grids with which both meshes have the same error. The row "triangles" meshes bricks, as volumeToMesh does.
+// The row "picture" measures the whole TissueView: reading bricks from the carver's volume, triangles, and the tissues
+// below the surface.
 #include <fmt/format.h>
 
 #include <algorithm>

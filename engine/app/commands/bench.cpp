@@ -153,8 +153,8 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
-/// Returns the contact model that the option --model names; null if the option is missing. Throws Error if a requested
-/// part does not measure contact models.
+/// Returns the contact model that the user chose with the option --model; null if the option is missing. Throws Error
+/// if a requested part does not measure contact models.
 haptics::SharedContactMethod chosen_method(const Options& options) {
   if (options.model.empty()) return nullptr;
   std::vector<std::string> taking;

@@ -1,5 +1,5 @@
 // The command `typodont replay`: repeats a recorded session. It checks that the result is equal bit for bit, shows the
-// session, films it, or applies its hand to another scene.
+// session, films it, or applies the recorded motion of the hand to another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -56,8 +56,8 @@ void print(const ReplayResult& result, const Options& options) {
              result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
 }
 
-/// Runs the recorded hand in the recorded scene, in which the option --with has changed some keys. Compares the result
-/// with the recording.
+/// Applies the recorded motion of the hand to the recorded scene, in which the option --with has changed some keys.
+/// Compares the result with the recording.
 RerunResult rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {

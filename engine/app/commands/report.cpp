@@ -55,7 +55,8 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// Adds the measures of an implant exercise to the JSON object `to`: the phases of the procedure, and the bed.
+/// Adds the measures of an implant exercise to the JSON object `to`: the phases of the procedure, and the bed (the
+/// drilled hole).
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();

@@ -217,7 +217,8 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-  } else if (track.states.front().t > 0) {  // before its first sample, the track is assumed to have the same state
+    // before its first sample, the track is assumed to have the state of this sample
+  } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
   }

@@ -276,7 +276,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      loaded_ = false;  // Some results did not fit into the list and are lost, so the tissue must be loaded again.
+      // Some results did not fit into the list of results and are lost, so the tissue must be loaded again.
+      loaded_ = false;
       return false;
     }
     found = {results_.mapped<Result>(sizeof(Head)), head->count};

@@ -30,7 +30,9 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
 struct AbxResult {
   int trials = 0, right = 0;
   Estimate fraction;  // fraction of right answers, with its 95 % confidence interval
-  double chance = 1;  // probability that a listener who hears no difference gives a result at least this far from half
+  /// probability that a listener who hears no difference gives a fraction of right answers at least this far from one
+  /// half
+  double chance = 1;
 };
 AbxResult judge(const AbxKey& key, const std::vector<bool>& said_b);
 

@@ -6,7 +6,8 @@
 
 namespace typodont {
 
-/// Rule of a staircase. Levels change by ratios, so a level never reaches 0.
+/// Rule of a staircase. A level is the difference that a trial presents. Each change multiplies or divides the level by
+/// a ratio, so the level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
     /// For this kind, the level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt
@@ -51,8 +52,8 @@ class Staircase {
   /// Number of reversals so far. A reversal is a change from falling to rising levels, or from rising to falling
   /// levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Mean (geometric) of the levels at the reversals after the first `coarse` reversals. Only an even number of
-  /// reversals is used. 0 if there are too few.
+  /// Geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number of
+  /// reversals is used. 0 if there are too few reversals.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

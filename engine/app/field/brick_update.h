@@ -1,4 +1,4 @@
-// Converts a brick's triangles to the renderer's format.
+// Converts the triangles of a brick (a block of the tissue's mesh) to the renderer's format.
 #pragma once
 
 #include <cstdint>

@@ -52,7 +52,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// number of samples per axis: the cells need one more below and two more above
+  /// number of samples per axis: the cells need one more sample below them, and two more samples above them
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);

@@ -12,8 +12,8 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Copies the volume. Outside the tissue, distances are also computed up to `reach` (m) beyond the band, with an
-  /// error of a few percent.
+  /// Copies the volume. Outside the tissue, distances are also computed up to `reach` (m) beyond the band in which the
+  /// volume stores distances, with an error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
   /// Lower corner of the box around the surface and its band, m, frame W.

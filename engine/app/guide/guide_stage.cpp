@@ -35,7 +35,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on a thread of its own, without force. take() returns the hand's touches one by one.
+/// Reads a hand on a thread of its own, without force. A touch is a point that the user touches with the hand's tip and
+/// confirms by pedal or key. take() returns the touches one by one.
 class GuideHand {
  public:
   struct Press {
@@ -398,7 +399,8 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // This must be read before take(). So if the hand has ended, take() still returns its last press.
+      // ended() must be read before take() is called. Otherwise the hand could end between the two calls, and its last
+      // press would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
@@ -458,7 +460,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports `happened`, prompts for the next touch, and accepts this touch.
+  /// Reports the event `happened`, prompts for the next touch, and accepts this touch.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);

@@ -1,6 +1,6 @@
-// Guided capture for the calibration of a real bench. Input comes from a hand's touches and the keyboard. Prompts
-// appear on the bench's screen, as sound and as text. Connects calibration/, which does not use devices, with the
-// hands, the screen and the sound.
+// Guided capture for the calibration of a real bench. The input comes from the keyboard and from touches (points that
+// the user touches with the hand's tip). Prompts appear on the bench's screen, as sound and as text. Connects
+// calibration/, which does not use devices, with the hands, the screen and the sound.
 #pragma once
 
 #include <filesystem>

@@ -61,11 +61,11 @@ struct Lead {
   // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
-  static constexpr double rough_force = 2.1, bulk_force = 1.6, finishing_force = 1.4;
+  static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
   // lower and upper bound of the lead's limit, as ratios to the lead that gives the mean force
-  static constexpr double least_most_lead = 0.6, most_lead = 4;
+  static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // limit of the force of a cut, as a fraction of the largest force that the task accepts
@@ -171,8 +171,8 @@ struct Filling {
   // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
   // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels. To find out if a position above the final contour lies over the cavity, the program looks at this depth
-  // below the contour.
+  // voxels. To find out if a position above the final contour lies over the cavity, the program tests the point at this
+  // depth below the contour.
   static constexpr double rim = 0;
   // m, height above the lowest missing voxel; filling above this height does not count as a gain
   static constexpr double layer = 0.6e-3;
@@ -742,9 +742,9 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is the point
-  /// that the servo would choose: the surface point nearest to the free end, or, midway between two walls, the point
-  /// below the end. Empty if the instrument reaches no surface.
+  /// Returns the portion that the instrument adds when its centre is at the coordinates (a, b, c) along the
+  /// instrument's axes. The dome's centre is the point that the servo would choose: the surface point nearest to the
+  /// free end, or, midway between two walls, the point below the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;

@@ -75,12 +75,13 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  int layers_cut_ = 0;      // number of layers at the last carving; 0 until filling continues after the first carving
+  /// number of filled layers at the last carving; 0 until filling continues after the first carving
+  int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, volume that differed from the ideal before the last cutting
   int useless_layers_ = 0;  // number of consecutive layers that hardly reduced the missing volume
-  // Index of the filling instrument; the finest has index 0. In the second pass, which overfills, the index continues
-  // after the number of instruments.
+  // Index of the filling instrument; the finest has index 0. In the second pass, which overfills, the number of
+  // instruments is added to the index.
   std::size_t instrument_ = 0;
 };
 

@@ -37,7 +37,7 @@ constexpr double kHot = 42, kCool = 40;
 // m, height above the planned entry point at which a bur no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
 constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth below which the hand moves slowly
-constexpr double kPatience = 200;     // s, limit of the duration of a stage
+constexpr double kPatience = 200;     // s, limit of the duration of one stage (Stage) of a phase
 
 }  // namespace
 

@@ -44,7 +44,8 @@ constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest head position above a grid point
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
-// Limit of the number of points in a group. Near the ideal, the points of a group are tested one by one.
+// Limit of the number of points in a group. A group of points is first tested as one ball that contains the points.
+// Near the ideal, its points are tested one by one.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
 

@@ -41,10 +41,11 @@ class XrStage {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
-    render::ParticleCloud* cloud = nullptr;  // particles that are stored on this stage's GPU; null: there are none
-    double dt = 0;                           // s, time since the last frame; the bur rotates by the corresponding angle
-    MouthMirror mirror;                      // the mouth mirror; its diameter is 0 if there is none
-    SuctionTip suction;                      // the suction tip; its opening is 0 if there is none
+    /// particles that are stored on the GPU of this XrStage; null: there are none
+    render::ParticleCloud* cloud = nullptr;
+    double dt = 0;       // s, time since the last frame; the bur rotates by the corresponding angle
+    MouthMirror mirror;  // the mouth mirror; its diameter is 0 if there is none
+    SuctionTip suction;  // the suction tip; its opening is 0 if there is none
   };
   /// Describes the frame for the renderer. `angle`: rad, rotation of the bur about its axis.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);

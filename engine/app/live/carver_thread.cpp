@@ -54,9 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends bricks to a picture. While the picture's GPU device is created again, the picture accepts no bricks. Then the
-/// bricks that do not fit into the ring are kept here, each in its latest version. A lost brick would be drawn in its
-/// old form until the next cut.
+/// Sends bricks (blocks of the tissue's mesh) to a picture. While the picture's GPU device is created again, the
+/// picture accepts no bricks. Then the bricks that do not fit into the ring are kept here, each in its latest version.
+/// A lost brick would be drawn in its old form until the next cut.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -143,7 +143,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The latest tick is from the previous turn, so all its cuts are applied now. A tick without a valid pose is ignored.
+  // This tick was received in the previous call of turn(), so repeat_cuts() has already applied all its cuts. A tick
+  // without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
@@ -180,8 +181,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    // The expert requests a copy after its last cut. This cut may have arrived during this turn, so it is applied
-    // first.
+    // The expert requests a copy after its last cut. This cut may have arrived during this call of turn(), so it is
+    // applied first.
     repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
@@ -221,7 +222,7 @@ namespace {
 
 void carve(LiveSession& s) {
   CarverTurns turns(s);
-  int idle = 0;  // number of consecutive turns without work
+  int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
     // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it

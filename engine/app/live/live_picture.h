@@ -1,5 +1,6 @@
 // The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
-// contains the objects that both pictures share: views, debris, level of detail, quality ladder. Drawing thread only.
+// contains the objects that both pictures share: views, debris, level of detail, choice of the quality. Drawing thread
+// only.
 #pragma once
 
 #include <array>
@@ -27,8 +28,9 @@ class LivePicture {
     bool operated = false;  // true: the operator's window shows the session's texts, so the picture shows none
     bool steered = false;   // true: an experiment asks about the force, so the picture does not show the force
     bool embedded = false;  // true: the picture appears in the operator's window; false: it has its own window
-    bool cursor = false;    // true: draws a cursor in space, for a hand that the user sees only on the screen
-    int monitor = -1;       // number of the monitor for full screen; -1: no full screen
+    /// true: draws dots and a ring that show the point below the tool, for a hand that the user sees only on the screen
+    bool cursor = false;
+    int monitor = -1;  // number of the monitor for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
     /// the operator's GPU device; null: the picture creates its own device
     gpu::Device* device = nullptr;
@@ -42,7 +44,7 @@ class LivePicture {
   /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds a description of each
   /// active feature to `explanations`. Throws the same errors as PictureStage.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
-  /// Sets the start of the first turn, from which its duration is measured.
+  /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
   /// Stage of the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
@@ -60,13 +62,13 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Receives the carver's changes since the last turn.
+  /// Receives the carver's changes since the last call.
   void collect();
-  /// Runs one turn: draws a frame of each picture that has changed, or waits for a short time. `tick` receives the
-  /// latest tick.
+  /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
+  /// `tick` receives the latest tick.
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
-  /// Draws the picture from the free viewpoint if it is requested and its interval has passed. `dt`: s since the last
-  /// turn.
+  /// Draws the picture from the free viewpoint if it is requested and the interval since its last frame has passed.
+  /// `dt`: s since the last pass of the drawing loop.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
   /// Sets the free viewpoint and the size of its picture in pixels. A size of 0 switches this picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
@@ -142,8 +144,8 @@ class LivePicture {
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;         // true if the last turn drew a frame
-  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that the quality ladder evaluated
+  bool drew_last_ = false;         // true if the last pass of the drawing loop drew a frame
+  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that QualityLadder evaluated
   std::optional<SeenFrom> seen_;   // viewpoint and view that were recorded last
   int implant_section_ = 0;        // section through the implant: 0 along the arch, 1 across it
 };

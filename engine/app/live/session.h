@@ -79,8 +79,8 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the turns
-/// of all loops in any order.
+/// The servo's loop. The servo thread calls turn() until it returns false, then calls end(). A test can call the
+/// functions turn() of all loops in any order.
 class ServoTurns {
  public:
   /// `clock`: returns the time in ns; any steady clock.
@@ -114,12 +114,12 @@ class ServoTurns {
 /// The carver's loop. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
-  /// `between`: function that is called between the steps of a turn, so that a test can run the servo there. Empty in a
+  /// `between`: function that is called between the steps of turn(), so that a test can run the servo there. Empty in a
   /// live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // true: the turn had work to do
+    bool worked = false;   // true: this call of turn() had work to do
     bool awaited = false;  // true: the servo has not yet adopted the patch that the carver offers
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new patch if one is due, and meshes the changed
@@ -154,7 +154,8 @@ class StreamTurns {
   /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
   /// run before the servo starts.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the ring. Publishes new events, and publishes the latest tick if its interval has passed.
+  /// Reads the ring. Publishes new events, and publishes the latest tick if the interval since the last published tick
+  /// has passed.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -171,8 +172,8 @@ class StreamTurns {
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue. Repeats the servo's cuts on it, creates patches from it, meshes its changes, and executes undo.
-/// Ends the session if memory is exhausted.
+/// Owns the tissue. Repeats the servo's cuts on it, copies patches (the tissue around the tool) from it for the servo,
+/// meshes its changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
 /// Writes the data for the recording, which the other threads put into rings, to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);

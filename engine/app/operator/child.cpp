@@ -113,8 +113,8 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // Messages are written to memory instead of a pipe. A pipe would break if this program ended first, and would end the
-  // process.
+  // Messages are written to memory instead of a pipe. If this program ended first, a pipe would break, and the next
+  // message would end the process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -149,7 +149,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // this program ended without failure; the next call checks the others
+    return std::nullopt;  // the started program ended without failure; the next call checks the other programs
   }
   return std::nullopt;
 }

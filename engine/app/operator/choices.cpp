@@ -74,7 +74,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Selects the hand with this address if it is in the list.
+/// Selects the hand with this address if it is in the list of hands.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

@@ -29,8 +29,8 @@ VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Ensures that the buffer has at least `bytes`. If a new buffer is needed, it is 1.5 times as large, so that it can
-/// grow.
+/// Ensures that the buffer has at least `bytes`. If a new buffer is needed, it is 1.5 times as large as requested, so
+/// that a slightly larger request needs no new buffer.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);

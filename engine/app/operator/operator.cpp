@@ -467,7 +467,7 @@ class Operator {
                 "the exercise in which it was made");
   }
 
-  /// Runs one turn of the session. Returns true if the trainee's picture changed.
+  /// Runs one pass of the session's loop. Returns true if the trainee's picture changed.
   bool step_session() {
     const SessionDesk::Turn turn = desk_.step();
     if (turn == SessionDesk::Turn::kOver) {

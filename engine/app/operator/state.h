@@ -67,7 +67,7 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   /// import a scan or mesh with the settings in ImportForm; on the scan page: import the selected region
   kImport,
-  kLookAtScan,     // show the scan that ImportForm names, before its import
+  kLookAtScan,     // show the scan whose path is in ImportForm, before its import
   kFuse,           // align the intraoral scan of FuseForm with the CBCT (cone beam CT) of the scan page
   kFuseDropPoint,  // remove the last point that the user picked
   kFuseRegister,   // register the intraoral scan by the picked points
@@ -95,7 +95,7 @@ struct SceneChoice {
   std::string title, description;
   std::string fault;  // reason why the scene cannot be used; empty if it can be used
   int picture = -1;   // index of its picture in OperatorState::pictures; -1: none
-  std::string model;  // the scene's contact model (the default if the scene names none)
+  std::string model;  // the scene's contact model (the default if the scene states none)
   bool own = false;   // true: the user created this scene; false: it is shipped
   // True if an implant can be planned in this scene: it is an implant exercise, or a volume of the user's own.
   bool jaw = false;
@@ -261,7 +261,7 @@ struct OperatorState {
   std::vector<std::string> models;  // names of the contact models
   int model = -1;                   // index of the selected model in `models`; -1: the exercise's own model
   std::vector<std::string> monitors;
-  int scene_shown = -1;  // index of the scene to which the list was last scrolled
+  int scene_shown = -1;  // index of the scene to which the list of scenes was last scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
   std::array<char, 256> address{};  // address of a hand that the user types
   std::array<char, 128> trainee{};
@@ -286,7 +286,7 @@ struct OperatorState {
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
   float paint_hardness = 1;  // 0..1, hardness that the next strokes of the brush give to the tissue
-  int step_shown = -1;       // index of the step to which the list was last scrolled
+  int step_shown = -1;       // index of the step to which the list of steps was last scrolled
   SessionSettings settings;
   bool recording = false;
   bool keep = false;          // true: the recording is kept at the session's end

@@ -1,4 +1,4 @@
-// The steps of a task, in order. The user completes a step by a click. If the task names an action for the step
+// The steps of a task, in order. The user completes a step by a click. If the task states an action for the step
 // ("done", see session::kStepActions), the user completes the step by this action instead. Main thread.
 #pragma once
 

@@ -18,7 +18,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;  // ns, limit of the time that a turn may spend on passing bricks to the pictures
+// ns, limit of the time that one call of give() may spend on passing bricks to a picture
+constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
@@ -102,7 +103,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies the parts of a look that can be shown without a result of the computing thread.
+/// Applies the settings of a Look that need no result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -199,7 +200,8 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    // the requested look has changed since the computation began, so the result is not used
+    // the requested Look (the settings of the picture) has changed since the computation began, so the result is not
+    // used
     if (!p.stage || !(m.wish == p.wish)) continue;
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
@@ -260,7 +262,8 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  std::array<Wish, 2> shown;                                   // for each picture, the look that was computed last
+  // for each picture, the Look (settings of the picture) that was computed last
+  std::array<Wish, 2> shown;
   std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue when `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;

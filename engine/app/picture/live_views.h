@@ -1,7 +1,7 @@
 // Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the
 // ideal. Also the score so far. A separate thread computes these data from copies that the carver makes, so that the
-// hand never waits. All bricks that were drawn are stored, so that a picture can be added or changed at any time. The
-// thread starts immediately if the score is shown, otherwise when a picture needs it.
+// hand never waits. All bricks (blocks of the tissue's mesh) that were drawn are stored, so that a picture can be added
+// or changed at any time. The thread starts immediately if the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -37,15 +37,15 @@ class LiveViews {
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The next functions are called by the drawing thread. attach() sets the stage that draws a picture; null removes the
-  // picture.
+  // The next functions are called by the drawing thread. attach() sets the stage (PictureStage) that draws a picture;
+  // null removes the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Receives the bricks that the carver has changed.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Passes new data to the pictures, for at most a few milliseconds. Call it once per turn. Returns true if a picture
-  /// received data.
+  /// Passes new data to the pictures, for at most a few milliseconds. Call it once per pass of the drawing loop.
+  /// Returns true if a picture received data.
   bool advance();
   /// True while the computing thread works for this picture.
   bool making(Eyes eyes) const;
@@ -73,9 +73,10 @@ class LiveViews {
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    int stage = 0;  // number of the stage that draws this picture; it increases when the picture gets a new stage
+    /// number of the stage (PictureStage) that draws this picture; it increases when the picture gets a new stage
+    int stage = 0;
     bool operator==(const Wish&) const = default;
-    /// True if the look shows bodies besides the bricks of the tooth's surface.
+    /// True if the Look of the picture shows bodies besides the bricks of the tooth's surface.
     bool needs_bodies() const;
   };
   struct Body {
@@ -90,9 +91,10 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    Wish wish;                           // the look that was requested from the computing thread
+    /// the Look (settings of the picture) that was requested from the computing thread
+    Wish wish;
     bool made = true;                    // true: the computing thread has answered the request
-    int stages = 0;                      // number of stages that have drawn the picture so far
+    int stages = 0;                      // number of stages (PictureStage) that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
     std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
   };
@@ -123,7 +125,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that are not yet evaluated
 
-  // Both threads use the next members while they hold the mutex.
+  // The drawing thread and the computing thread use the next members while they hold the mutex.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;

@@ -41,7 +41,7 @@ display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::iv
 /// Converts the eye position of a rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Returns the section plane of a look (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue behind the
+/// Returns the section plane of a Look (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue behind the
 /// plane, as the viewer sees it, is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 

@@ -10,13 +10,13 @@ namespace typodont {
 
 namespace {
 
-// ratio to the distance between two points of the gum: radius in which a point moves vertices
+// ratio: the radius in which a point of the gum moves vertices, to the distance between two points of the gum
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
 constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
 constexpr double kGrowth = 30e-6;   // m, a wet patch is drawn again after its radius has grown by this length
-constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch, 0..1
-constexpr double kRimWidth = 0.22;  // ratio: width of a patch's rim to the patch's radius
+constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
+constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
 // m, smallest width of the rim; in a narrower rim, the triangles would be visible
 constexpr double kLeastRim = 0.35e-3;
 
@@ -194,7 +194,7 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Opacity of the blood at a point of the undeformed surface. The rim of a patch is uneven.
+/// Opacity of the blood at a point of the undeformed surface. The rim of a patch of blood is uneven.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {

@@ -29,7 +29,8 @@ struct ImplantProcedure {
 };
 /// Returns the shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.
 std::vector<ImplantProcedure> implant_procedures();
-/// Reads a procedure. `path` is searched in the same way as a path in a scene at `place`. Throws Error.
+/// Reads a procedure. The file with this path is searched for in the same folders as the files of a scene at `place`.
+/// Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
 /// The procedure of the scene's implant exercise; empty if the scene has none. Throws Error.
@@ -83,8 +84,8 @@ class ImplantPlanner {
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
   /// If the scene has a plan, returns this plan with the procedure's implant. Otherwise proposes a vertical implant at
-  /// the position with the largest fraction in bone. If several positions are equal, the one farthest from canals and
-  /// teeth is chosen.
+  /// the position with the largest fraction of its surface in bone. If several positions are equal, the one farthest
+  /// from canals and teeth is chosen.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 

@@ -150,7 +150,7 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   scene["task"]["rules"] = rules_for(task["rules"], exercise, !canal.path_W.empty());
   progress.at(0.1);
 
-  // Both files are completely written and checked before one of them replaces an older file.
+  // The scene file and the volume file are completely written and checked before one of them replaces an older file.
   const std::string text = scene.dump(2) + "\n";
   const Scene parsed = parse_scene(Json::parse(text, file.filename().string()), file, base.place);
   std::optional<haptics::TissueVolume> site;

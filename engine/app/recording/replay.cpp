@@ -27,8 +27,8 @@ namespace typodont {
 
 namespace {
 
-/// Path of a file that a recording names. If the recording comes from another computer, the path of that computer's
-/// assets is replaced by the path of this computer's assets.
+/// Returns the path of a file to which a recording refers. If the recording comes from another computer, the path of
+/// that computer's assets is replaced by the path of this computer's assets.
 std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
   std::filesystem::path shipped;
   bool in_assets = false;
@@ -41,7 +41,7 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
   return find_file(path, place);
 }
 
-/// Checks the files that a recording names. Throws Error if a file has changed, because the replay would use other
+/// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
 /// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
   // The first file is the scene, and the last is the rig. They are not compared, because the session contains both.
@@ -53,7 +53,7 @@ void require_same_files(const session::SessionHeader& header, const ScenePlace& 
   }
 }
 
-/// Folders in which a session's scene may name files, in addition to the assets.
+/// Folders in which the files of a session's scene may lie, in addition to the assets.
 std::vector<std::filesystem::path> folders_of(const std::filesystem::path& session) {
   namespace fs = std::filesystem;
   std::error_code code;

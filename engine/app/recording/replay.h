@@ -1,5 +1,5 @@
-// Replays a session from its recorded hand, bit for bit. The servo begins to use each patch at the same tick as in the
-// session.
+// Replays a session from the recorded motion of its hand. The result equals the session bit for bit. The servo begins
+// to use each patch (a copy of the tissue around the tool) at the same tick as in the session.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ struct ReplayResult {
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 
-/// Result of running the recorded hand in a changed scene, for example with another coupling or tissue.
+/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling or tissue.
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
@@ -50,12 +50,12 @@ struct RerunResult {
 /// Returns the session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null
 /// value removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
-/// Runs the servo of `scene` with the recorded hand, tick by tick. `out`: file in which the new session is stored
-/// (.h5); empty: it is not stored.
+/// Runs the servo of `scene` with the recorded motion of the hand, tick by tick. `out`: file in which the new session
+/// is stored (.h5); empty: it is not stored.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 
-/// Loads the scene of a session. The session file may be untrusted. So the files that it names must be in its own
+/// Loads the scene of a session. The session file may be untrusted. So the files to which it refers must be in its own
 /// folder, in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, they may also be
 /// there. `recordings`: number of recordings that were resumed one after another to reach this session. Throws Error if
 /// the tissue is missing or has changed, or if this number is too large.

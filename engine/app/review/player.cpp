@@ -133,8 +133,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // Another number of strokes means that the last stroke changed nothing and was discarded; then there is nothing
-      // to undo.
+      // If the number of strokes differs, the last stroke changed nothing and was discarded, so there is nothing to
+      // undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -11,10 +11,11 @@ namespace {
 
 constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m, distances along the arch: from kTiltFrom to kTiltTo, the tilt of the gum's edge decreases to zero
+// m, distances from the working tooth along the arch: from kTiltFrom to kTiltTo, the tilt of the gum's edge decreases
+// to zero
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, distances to the side of the row: from kEdgeTo to kEvenFrom, the influence of the teeth on the ridge decreases to
-// zero
+// m, distances from the row of teeth, to its side: from kEdgeTo to kEvenFrom, the influence of the teeth on the ridge
+// decreases to zero
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth

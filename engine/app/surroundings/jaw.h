@@ -45,7 +45,8 @@ class Jaw {
   double occlusal() const { return occlusal_; }
   double depth() const { return depth_; }  // m, thickness of the jaw below the gum's edge
 
-  /// m, distance from the curve of the teeth to the outside, or from its end behind the last tooth.
+  /// m, distance from the curve of the teeth towards the cheek; behind the last tooth, distance from the end of the
+  /// row.
   double from_curve(const Place& p) const;
 
  private:

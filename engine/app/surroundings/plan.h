@@ -51,7 +51,7 @@ struct SurroundingsPlan {
 };
 
 /// Reads the block "surroundings" of a scene (docs/interface.md). `volume`: the scene's volume, which is used if the
-/// block names no other volume. Throws Error.
+/// block states no other volume. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont

@@ -30,7 +30,7 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
 }
 
 /// Computes a smooth distance, in voxels, to the surface of the region whose voxels have one of these labels. It uses
-/// the fraction of labelled voxels among 3×3×3, so that the surface has no steps.
+/// the fraction of labelled voxels among 3×3×3 neighbours, so that the surface has no steps.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
@@ -58,7 +58,7 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   // Converts the fractions to distances. At the surface, the fraction changes by about 1/3 per voxel. The surface is
   // moved outwards by 0.4 voxels, so that it encloses the corners of the labelled voxels. Where the fraction is 0 or 1,
   // the distance is unknown; redistanced() computes it later.
-  // voxels, placeholder for an unknown distance; it is so large that redistanced() replaces it
+  // The constant (voxels) is a placeholder for an unknown distance. It is so large that redistanced() replaces it.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;

@@ -1,4 +1,4 @@
-// Tissue painted by hand: strokes of a round brush, stored in a file that scenes name.
+// Tissue painted by hand: strokes of a round brush, stored in a file to which scenes refer.
 //
 //   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4,
 //   "hardness": 0.4 } ] }

@@ -189,7 +189,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Writes directly into memory that the GPU reads. The range is new, so no unfinished frame reads it.
+    // Writes directly into memory that the GPU reads. The range of the memory is new, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -251,8 +251,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns the plane, in mesh coordinates, beyond which another body covers the mesh's first bricks in this view; zero:
-/// no plane.
+/// Returns the plane, in mesh coordinates, beyond which another body covers, in this view, the bricks that the mesh had
+/// at the start; zero: no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);

@@ -1,4 +1,5 @@
-// All bodies made of bricks: their GPU memory, the selection of visible bricks, and their draw commands.
+// All bodies made of bricks (blocks of triangles): their GPU memory, the selection of visible bricks, and their draw
+// commands.
 #pragma once
 
 #include <deque>
@@ -67,15 +68,16 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, W. Without a working tooth, both are
-/// the bounds of all bodies.
+/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, frame W. Without a working tooth,
+/// both are the bounds of all bodies.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // for each mesh: its first bricks beyond this plane are inside another body (Renderer::cover)
+  // for each mesh: a plane; bricks that the mesh had at the start and that lie beyond it are inside another body
+  // (Renderer::cover)
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;

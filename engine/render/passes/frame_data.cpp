@@ -39,7 +39,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
 
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
-    // The middle is rounded, so that the spot does not move while a tooth is cut.
+    // The middle of the lamp's spot is rounded, so that the spot does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);

@@ -140,8 +140,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the parts of the pictures that are kept, before all other parts. Only their depth is drawn, with the nearest
-/// value, so that nothing else is drawn in these parts.
+/// Masks the parts of the pictures that this frame does not redraw. It is drawn first and writes only depth, with the
+/// nearest value, so that nothing else is drawn in these parts.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

@@ -12,7 +12,7 @@ namespace typodont::session {
 
 namespace {
 
-// Units in files. An SI value is multiplied by a power of ten. This number is exact in a double, so that only one
+// Units in files. An SI value is multiplied by a power of ten. A double stores this power exactly, so that only one
 // rounding occurs. The division that converts the value back also rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";

@@ -35,8 +35,10 @@ constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle be
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance, divided by s²; see greatest_curvature()
-constexpr float kMaxLift = 0.1f;       // upper limit of the lift divided by s
+// lower limit of the variance of the crossings' positions, divided by s²; see greatest_curvature()
+constexpr float kLeastSpread = 4e-3f;
+// upper limit of the distance by which a vertex is placed outside the surface, divided by s
+constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, limit of the distance of a crease vertex outside its cell
 // voxels, limits of the absolute value of the field (by trilinear interpolation) at an accepted vertex: on a crease
@@ -195,7 +197,8 @@ Tissue only_tissue(const FieldBrick& brick) {
 }
 
 // Returns the vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the
-// crossings lies below a convex surface; its depth is half the covariance of points and normals.
+// crossings (the points where the surface crosses the cell's edges) lies below a convex surface; its depth is half the
+// covariance of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -333,8 +336,8 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Finds the crossed edges, and the position and normal of each crossing. Edges based in the brick's own cells are added
-// to `edges`; each becomes a polygon.
+// Finds the crossed edges, and the position and normal of each crossing. Edges whose base (lower end) lies in the
+// brick's own cells are added to `edges`; each becomes a polygon.
 void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) {
   crossings.clear();
   auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
@@ -460,7 +463,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Returns the sums over all crossings in all cells of a block.
+// Returns the sums over the tangent planes at all crossings in all cells of a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;

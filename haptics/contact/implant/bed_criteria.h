@@ -5,7 +5,7 @@ namespace typodont::haptics::implant {
 
 struct BedCriteria {
   bool at_centre = false;  // (1) the tip is at the centre of the bed's surface
-  // (2) the tool's radius is equal to or slightly smaller than the bed's, or a drill is to widen the bed
+  // (2) the tool's radius is equal to or slightly smaller than the bed's, or the tool is a drill that may widen the bed
   bool fits = false;
   bool aligned = false;  // (3) the tool's axis is aligned with the bed's axis
   bool pushed = false;   // (4) the force along the axis exceeds the threshold

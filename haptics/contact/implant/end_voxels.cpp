@@ -25,9 +25,10 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels; the field at a tool voxel is compared with the field at this distance ahead of it
+// voxels; the signed distance from bone at a tool voxel is compared with its value this far ahead of the voxel
 constexpr double kAhead = 1.5;
-// voxels; if the field decreases by at least this amount over kAhead voxels, there is an obstacle ahead
+// voxels; if the signed distance from bone decreases by at least this amount over kAhead voxels, there is an obstacle
+// ahead
 constexpr double kFalls = 0.5;
 constexpr double kTouches = 0.25;  // voxels, largest distance from bone at which an obstacle still blocks the advance
 constexpr std::size_t kBlock = EndVoxels::kBlock;

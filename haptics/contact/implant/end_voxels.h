@@ -32,7 +32,7 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of voxels without the padding
-  // factor that scales the areas to the whole end: 1 / ToolVoxels::ahead_share
+  // factor from the area of these voxels to the area of the whole end: 1 / ToolVoxels::ahead_share
   double share = 1;
 };
 
@@ -57,7 +57,7 @@ struct EndLook {
   CuttingWrench wrench;      // force and torque on the tool in frame T, divided by the feed speed along -z
   double free = 1e9;         // m, distance that the tool may advance before a non-cutting voxel touches bone
   double engaged = 0;        // m², area of the end in contact with bone
-  double collided = 0;       // m², part of `engaged` where an obstacle blocks the advance; num_cd in the paper
+  double collided = 0;       // m², part of `engaged` where an obstacle blocks the advance; num_cd of Zhao 2020
   double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
   PerTissue tissue{};        // m², part of the area `engaged` in each tissue
   PerTissue hardness{};      // m², for each tissue: its area multiplied by its hardness

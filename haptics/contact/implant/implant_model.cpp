@@ -18,8 +18,8 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance of the final depth of an implant, and of its distance from the bottom of the bed
 constexpr double kSeated = 0.05e-3;
-// Width of the torque range directly below a motor's largest torque in which the motor slows down to a stop, as a ratio
-// to the largest torque.
+// A motor slows down to a stop when its torque comes near its largest torque. Width of this range of torque below the
+// largest torque, as a ratio to the largest torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
 constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis when the depth of the bed is measured
@@ -41,7 +41,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    // Older servo laws evaluate every voxel of the end separately.
+    // Older versions of the force laws evaluate every voxel of the end separately.
     ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
   }
   law_.laws = settings.laws;
@@ -142,7 +142,7 @@ double ImplantModel::bed_depth(const Bed& bed) const noexcept {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
     return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
   }
-  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller field value lies in bone
+  constexpr double kInBone = -0.5;  // voxels; a sample with a smaller signed distance lies in bone
   for (double s = kAcross; s < bed.depth; s += kAcross) {
     const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
     if (!patch_.holds(p_V, 1)) return s;
@@ -193,7 +193,8 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts during free motion. It does not cut while the jump of the last change of state still fades.
+  // Only a round bur cuts during free motion. It does not cut while the jump of its pose at the last change of state
+  // still fades.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -211,7 +212,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Checks the four entry criteria for each bed. Returns true if the tool has entered a bed.
+/// Checks the four criteria for entering a bed (Zhao 2020), for each bed. Returns true if the tool has entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -269,7 +270,8 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in the bed. The tool then moves freely, and the jump between the two poses fades.
+/// Ends the motion in the bed. The tool then moves freely, and the jump from the pose in the bed to the free pose fades
+/// gradually.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;

@@ -21,14 +21,14 @@ struct ToolVoxel {
   float ability;    // ability to drill, 0..1; 0: the voxel cannot cut bone
 };
 
-/// The outer layer of the tool's voxels. The inner voxels of the paper only remove tissue; here the sweep of the head
-/// removes it (haptics/sweep.h), so inner voxels are not stored.
+/// The outer layer of the tool's voxels. Zhao 2020 also stores inner voxels, which only remove tissue. Here the sweep
+/// of the head removes it (haptics/sweep.h), so inner voxels are not stored.
 struct ToolVoxels {
   std::vector<ToolVoxel> outer;  // all voxels of the outer layer; those in front of the tool's end come first
   // number of voxels that lie in front of the head's end and outside the head; they touch bone when the tool advances
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that these `ahead` voxels represent; the other voxels of the end lie inside the head
+  // fraction of the end's area that the first `ahead` voxels represent; the other voxels of the end lie inside the head
   double ahead_share = 1;
 };
 
@@ -51,7 +51,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 n(voxel.n), p(voxel.p);
   const double facing = glm::dot(n, along);
   if (!(facing > 0)) return;
-  // The paper's factor 1/(2 pi N) is equal to 1/speed.
+  // The factor 1/(2 pi N) of eq. (2) is equal to 1/speed.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
   // The tissue's force opposes the motion of the teeth.

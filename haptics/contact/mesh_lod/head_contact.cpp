@@ -74,7 +74,7 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
     if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
     if (head_.distance(R_TW * (middle - c)) > within) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    // area vector: a third of the area of one of the n² parts, for each corner of a part
+    // the face is divided into n² parts; each part gives a third of its area vector to each of its three corners
     const dvec3 share = face.normal() / (6.0 * n * n);
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
     if (n == 1) return;

@@ -8,9 +8,9 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The contact points are the corners of the faces near the head. A face that is larger than the head's spacing gets
-/// additional points, as in the contact model "vertex" (contact/vertex/README.md); so a coarse mesh has enough points.
-/// Cut surfaces need no additional points, because their vertices are dense.
+/// The contact points are the corners of the faces near the head. A face that is larger than the spacing of contact
+/// points for this head (kSpacing) gets additional points, as in the contact model "vertex" (contact/vertex/README.md);
+/// so a coarse mesh has enough points. Cut surfaces need no additional points, because their vertices are dense.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool);

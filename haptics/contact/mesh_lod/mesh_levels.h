@@ -15,8 +15,8 @@ namespace typodont::haptics::mesh_lod {
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Divides every triangle into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies in one pass to about `part` times the number of triangles, as far as the borders allow it. Called by the
-/// geometry thread. Treats borders in the same manner as simplified().
+/// Simplifies in one pass to about `part` times the number of triangles, as far as the borders allow it; simplified()
+/// states which borders do not change. Called by the geometry thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
 /// Simplifies to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not change. A
 /// border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.

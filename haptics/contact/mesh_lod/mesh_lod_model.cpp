@@ -19,7 +19,7 @@ constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance for the
 // m; a point gets the tissue of the nearest face if the face is within this distance
 constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
-// filter weight of a new measurement, in the running ratio of measured to estimated removed volume
+// weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
 // While the snapshot lacks cuts, the bur sinks into the faces of the snapshot. Two limits as ratios to the bur's
 // radius: the overlap of head and faces, and the distance that the bur may cut without a new snapshot.
@@ -84,8 +84,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`: estimates for the cuts
-    // since then.
+    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`, the estimated volume of
+    // the cuts that the snapshot does not contain yet.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -155,7 +155,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // A cut requires the finest level.
+  // While the tool cuts, or while the snapshot lacks cuts, only the finest level is used.
   const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
@@ -266,8 +266,8 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
 }
 
 /// Returns true if the faces of the snapshot still stop the head after it has moved to `to`. A face that overlaps the
-/// head stops it only while the face is on the near side of the head's axis. If no new snapshot arrives for a long
-/// time, the bur could otherwise pass all faces.
+/// head stops it only until the head's axis has passed the face. If no new snapshot arrives for a long time, the bur
+/// could otherwise pass all faces.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
   const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;

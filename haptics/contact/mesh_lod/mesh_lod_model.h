@@ -104,7 +104,7 @@ class MeshLodModel final : public ContactModel {
 
   // Data that is stored for each cut.
   struct Made {
-    PerTissue removed{};  // m³, estimated volume of each tissue
+    PerTissue removed{};  // m³, estimated removed volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
@@ -112,7 +112,8 @@ class MeshLodModel final : public ContactModel {
   bool cutting_ = false;  // true if the bur cut in the last tick
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick
-  double measured_ = 1;   // low-pass filtered ratio of measured to estimated volume for the cuts in the last snapshot
+  // low-pass filtered ratio of measured to estimated removed volume for the cuts in the last snapshot
+  double measured_ = 1;
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -16,7 +16,8 @@ struct Parameters {
   // m/s; if the hand is faster than the k-th speed, the model changes from level k to the next coarser level
   std::vector<double> switch_speed{30e-3, 120e-3};
   double hysteresis = 0.1;  // hysteresis around each speed, as a ratio to that speed
-  // at a change of level, true: maps the contact point to the new mesh; false: computes it again from the hand
+  // at a change of level, true: maps the contact point to the new mesh; false: computes it again from the hand's
+  // position
   bool maps = true;
   double ramp = 5;  // N/s, rate of change of the force after a change of level; 0: the force changes in one step
   double wall_limit = 0.5;  // N, force above which a wall between two tissues yields
@@ -38,7 +39,7 @@ struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the size of the tool and `travel`
   static constexpr double margin = 0.5e-3;
-  // ns, time between two updates of the geometry (30 Hz, as in the paper)
+  // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;
 };
 

@@ -34,8 +34,8 @@ class PlaneSet {
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
   /// Returns the displacement from c that satisfies all planes and is nearest to the displacement `goal`. If no
-  /// displacement satisfies all planes, returns zero. `active`: the planes that limit the result, each with its push in
-  /// m.
+  /// displacement satisfies all planes, returns zero. `active`: the planes that limit the result, each with its push
+  /// (the distance in m by which the plane holds the point back).
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

@@ -26,9 +26,9 @@ constexpr double kReachInCut = 0.5;
 constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance while a bur is in its own cut
 // the next search distance is this fraction of the last step, because the steps become shorter
 constexpr double kNextReach = 0.25;
-// m, rounding tolerance: if a face protrudes from a plane by less than this, the plane still hides the face
+// m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
 constexpr double kBelow = 1e-11;
-// m, rounding tolerance in float precision for the test whether a plane hides a face
+// m, rounding tolerance in float precision for the test whether a face lies below another face's plane
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
@@ -114,8 +114,8 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   return false;
 }
 
-/// Moves the ball to the nearest surface point, to the side in the direction n, and out of the faces that it overlaps
-/// there.
+/// Moves the ball to the nearest surface point, on the side of the surface to which n points, and out of the faces that
+/// it overlaps there.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -219,7 +219,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // First adds the faces whose nearest point lies in their interior. Their planes may hide the edges of other faces.
+  // First adds the faces whose nearest point lies in their interior. Faces that lie below these planes then need no
+  // planes for their edges.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -305,7 +306,8 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  if (glm::length(other - step) > glm::length(step)) return;  // the line belongs to another part of the face
+  // the extension would be longer than the step itself, so the line belongs to another part of the face
+  if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
   }

@@ -10,9 +10,10 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // width of a grid cell, as a ratio to the mean edge length of the faces
 constexpr double kMostCells = 4e6;
-// Upper limit of the number of list entries per face. With more entries, the grid gets larger cells.
+// Each cell lists the faces that overlap it. Upper limit of the total length of these lists, divided by the number of
+// faces. If they are longer, the grid gets larger cells.
 constexpr double kEntriesPerFace = 16;
-constexpr double kFewEntries = 1e6;  // this number of list entries is allowed for every mesh
+constexpr double kFewEntries = 1e6;  // this total length of the lists is allowed for every mesh
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 // smallest squared sine of a face's angle; for a flatter face, only its edges are used
 constexpr double kSliver = 1e-12;

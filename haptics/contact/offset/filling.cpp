@@ -108,7 +108,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // The same place may take more filling later, so the next search starts with this sample.
+    // The place found here may take more filling later, so the next search starts again with this sample of the ray.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

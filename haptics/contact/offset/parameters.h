@@ -39,8 +39,10 @@ struct SearchParameters {
   static constexpr int refining_rounds = 6;
   // Upper limit of the ratio of two successive steps for which the secant method is used.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;         // upper limit of the secant method's gain with one contact
-  static constexpr double most_gain_of_many = 2;  // upper limit of the secant method's gain with several contacts
+  // upper limit of the factor by which the secant method lengthens a step, with one contact
+  static constexpr double most_gain = 10;
+  // upper limit of the factor by which the secant method lengthens a step, with several contacts
+  static constexpr double most_gain_of_many = 2;
   // Voxels, upper limit of the depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
   static constexpr double most_slack = 1;

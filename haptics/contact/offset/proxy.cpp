@@ -12,10 +12,10 @@ using P = PaceParameters;
 using Q = SearchParameters;
 
 /// Models the grip of the teeth as a friction cone on the god-object. While a rotating head is pressed into tissue, it
-/// does not move sideways until the hand's tangential lag exceeds the friction limit. So the roughness of the cut
-/// surface does not shake the hand. Returns the target with the tangential lag limited. `moved`: motion of the hand
-/// since the last tick. The tangential lag grows by at most `most` per tick, so that teeth that catch do not stop the
-/// head abruptly.
+/// does not move sideways until its tangential lag (its distance from the target along the surface) exceeds the
+/// friction limit. So the roughness of the cut surface does not shake the hand. Returns the target with the tangential
+/// lag limited. `moved`: motion of the hand since the last tick. The tangential lag grows by at most `most` per tick,
+/// so that teeth that catch do not stop the head abruptly.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -31,8 +31,9 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
 }
 
 /// Returns the largest allowed distance between the proxy's new position and start + `shift`, where a rigid connection
-/// to the hand would move the proxy. This is `pace`, or slightly more than the smallest distance that is possible along
-/// `step`. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
+/// to the hand would move the proxy. The result is `pace`, or slightly more than the smallest distance that the
+/// positions along `step` have from that point, whichever is larger. So a head that is stuck in its hole can sink even
+/// while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -578,8 +579,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.held_off;
   out.wall = wall_;
-  // The area is measured on the samples. If only one exact contact was computed, it is the area of the cap below the
-  // tangent plane.
+  // The contact area is measured on the samples. If only one exact contact was computed, it is the area of the cap
+  // below the tangent plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

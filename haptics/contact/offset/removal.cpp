@@ -64,8 +64,8 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   if (strokes_edited) emptied_ = false;
   if (!known) front_.forget();
-  // The coarse patch was cut in longer steps than the volume from which the new patch is copied, so its front is not
-  // valid any more.
+  // The coarse patch was cut in longer steps than the volume from which the new patch is copied, so its active front
+  // (the list of samples that the next cuts can change) is not valid any more.
   coarse_front_.forget();
   smooth().forget();
 }

@@ -30,14 +30,15 @@ class ComputePasses {
 
   /// Pass 1: finds the first contact between moving spheres of the tool and the tissue.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2: computes the same result as estimate_surface() on the CPU.
+  /// Pass 2: estimates the tissue's surface at the contact, with the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without a change of the tissue: computes the energy in J that a motion of the head from `from` to `to`
   /// costs. `near_to`: end of the longest motion for which this cost will be computed.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: computes the same result as packing::carve() on the CPU.
+  /// Pass 3: removes the tissue on the tool's motion from X_WA to X_WB, with the same result as packing::carve() on the
+  /// CPU.
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 

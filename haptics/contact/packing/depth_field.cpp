@@ -128,9 +128,9 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans the voxels forward and backward in turn, until a scan changes nothing. A neighbour is evaluated only if it
-  // changed in this scan or in the previous scan; earlier scans have already used older changes.
-  // `changed_in`: number of the last scan that changed a voxel; 0: a start point.
+  // Scans the voxels alternately forward and backward, until a scan changes nothing. A neighbour is evaluated only if
+  // it changed in this scan or in the previous scan; earlier scans have already used older changes. `changed_in`:
+  // number of the last scan that changed a voxel; 0: a start point.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

@@ -16,7 +16,8 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// voxels; a sphere adds a note each time the tool's ball has moved this far (see class PackingBody)
+// voxels; a sphere records a note for the update of the field each time the tool's ball has moved this far (class
+// PackingBody)
 constexpr double kNoteEvery = 0.03;
 // voxels, margin around a sphere and its gaps, because interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
@@ -24,7 +25,7 @@ constexpr double kAround = 1.8;
 constexpr double kGapsAround = 2;
 // first version of the force laws in which the gaps around a sphere become smaller when the sphere is cut
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// upper limit of waiting notes; when it is exceeded, the field is updated at once
+// upper limit of the notes that wait for the next update of the field; with more notes, the field is updated at once
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
@@ -133,7 +134,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of this sphere has begun, so the result of its previous cut is noted first.
+  // A new cut of this sphere has begun, so a note for its previous cut is added first.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);

@@ -13,9 +13,7 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;  // m, upper limit of the distance that clearance() examines
-// m; a tissue sphere counts as near a tool sphere if the gap between them is at most this
-constexpr double kJustFree = 1e-6;
+constexpr double kLook = 10e-3;     // m, upper limit of the distance that clearance() examines
 constexpr double kNearby = 0.2e-3;  // m; a point within this distance of a sphere gets the tissue of that sphere
 constexpr int kTrials = 8;          // upper limit of the cost evaluations that determine the length of one step
 // lower limit of the ratio of cost to budget; a step that uses at least this fraction of the budget is accepted
@@ -31,15 +29,21 @@ constexpr double kDentalForces = 20;
 constexpr std::uint32_t kLawsOfLargeForces = 7;
 // first version of the force laws in which the projection onto the contacts starts from the pushes of the last tick
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
+// first version of the force laws in which the proxy's speed is limited
+constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
+// m/s, largest speed of the tool's farthest point. Hands are slower; the limit bounds the time of a tick in which the
+// measured pose jumps.
+constexpr double kFastest = 5;
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
-ProxyOptions frictionless(std::uint32_t laws) {
+ProxyOptions frictionless(std::uint32_t laws, double tick) {
   return {.stiffness = 0,
           .damping = 0,
           .static_friction = 0,
           .dynamic_friction = 0,
-          .starts_from_last = laws >= kLawsOfWarmStarts};
+          .starts_from_last = laws >= kLawsOfWarmStarts,
+          .longest_path = laws >= kLawsOfLimitedSpeed ? kFastest * tick : std::numeric_limits<double>::infinity()};
 }
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
@@ -69,7 +73,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const std::span<const Tool> tools = tool_set(settings);
   refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws));
+    proxies_.emplace_back(spheres_of(tools, t, parameters, settings.laws), frictionless(settings.laws, settings.tick));
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
@@ -135,7 +139,7 @@ double PackingModel::clearance(const Pose& X_WG) noexcept {
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
   const SphereTree& tree = snapshot_.spheres.tree();
   for (std::size_t t = 0; t < tool.radius.size(); ++t) {
-    if (tree.room(X_W * tool.center_T[t], tool.radius[t] + kJustFree) <= tool.radius[t]) return false;
+    if (tree.touches(X_W * tool.center_T[t], tool.radius[t])) return false;
   }
   return true;
 }
@@ -330,6 +334,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       find_near(near_to);
     }
     const double spent = cost(from, part_of(from, move, turn, part), near_to);
+    tried_share_ = part;
     if (spent <= budget) {
       safe = part, safe_cost = spent;
       if (part == most || spent >= kWellSpent * budget) break;
@@ -357,6 +362,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
   dvec3 turn = turns_matter() ? SphereProxy::rotation_angle(from.R, in.X_WT.R) : dvec3(0);
+  tried_share_ = -1;
   double most =
       proxy().non_cutting_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
@@ -379,11 +385,23 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     proxy().forget_near();
   } else {
     const SphereTree& tree = snapshot_.spheres.tree();
-    const auto near = [&](std::size_t t, std::span<int> found) { return proxy().near_path(tree, t, to, found); };
-    removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](int i, const CutSphere& before) {
+    const auto note = [&](int i, const CutSphere& before) {
       changed = true;
       proxy().note_cut(tree, i, before.center(), before.radius());
-    });
+    };
+    // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
+    const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
+    if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
+        near_end_[tool.head - 1] < near_.size()) {
+      snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
+    } else {
+      const auto near = [&](std::size_t t, std::span<int> found) {
+        proxy().end_notes();
+        return proxy().near_path(tree, t, to, found);
+      };
+      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, note);
+      proxy().end_notes();
+    }
   }
   // If no sphere changed, only rounding errors stopped the proxy, and follow() will move it in the next tick.
   if (!changed) return false;

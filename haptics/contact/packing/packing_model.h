@@ -84,7 +84,10 @@ class PackingModel final : public ContactModel {
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   TriedCut tried_;
-  std::vector<int> near_;              // result of find_near(): the lists of all spheres of the head, in sequence
+  // result of find_near(): one list for each sphere of the head, stored one after the other
+  std::vector<int> near_;
+  // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
+  double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
   double price_ = 0;  // J, estimated cost of the whole motion, from the cost per metre of the last step; 0: unknown
   double last_path_length_ = 0;  // m, length of the whole motion in the last cut

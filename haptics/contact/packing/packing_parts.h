@@ -22,7 +22,7 @@ struct Parameters {
   // Head of the first tool, made from a closed mesh; empty: the head's shape comes from the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, fixed value of v_b in eq. 4, at density 1 and independent of the force, as in the paper. 0: v_b follows from
+  /// m/s, fixed value of v_b in eq. 4, at density 1 and independent of the force, as in paper S2. 0: v_b follows from
   /// the motor's power (see class PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, for tissue of very low density
@@ -95,7 +95,8 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// Same as the carve() with the parameter `near`, but searches the near spheres in the tissue's own tree.
+/// Removes the same tissue as the carve() with the parameter `near`, but searches the near spheres in the tissue's own
+/// tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

@@ -24,16 +24,16 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // number of nodes along the edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// upper limit of the free radii that are stored, as a multiple of the radius limit
+// upper limit of the stored free radii (largest sphere that fits around a grid node), as a multiple of the radius limit
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
-// In grid spacings: if the largest free radius is not larger than this, a finer grid is made.
+// In grid spacings. If the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
 // In grid spacings, smallest radius on this grid. A smaller sphere is skipped and may be found again on a finer grid.
 constexpr double kLeastRadius = 0.3;
-// Lower limit of the ratio of a sphere's radius to the free radius stored at its node. A smaller sphere is not placed
-// yet.
+// Lower limit of the ratio of a sphere's radius to the free radius (largest sphere that fits) stored at its grid node.
+// A smaller sphere is not placed yet.
 constexpr double kAsExpected = 0.8;
 constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance of a sphere's centre from its node
 constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre
@@ -71,15 +71,15 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Returns the priority of a node: nodes with larger keys get their sphere first. Nodes whose free radius reaches the
-/// radius limit come first; among them, the node with the least space around it, so that spheres lie close together.
-/// Then follow the smaller free radii, the largest first.
+/// Returns the key of a node, which is its priority: the node with the largest key gets the next sphere. Nodes whose
+/// free radius reaches the radius limit come first; among them, the node with the least space around it, so that
+/// spheres lie close together. Then follow the smaller free radii, the largest first.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// Returns the largest key of a block's nodes, or 0 if no key is positive.
+/// Returns the largest key (priority, see key_of()) of a block's nodes, or 0 if no key is positive.
 TYPODONT_DISPATCH("avx2", "default")
 float largest_key(const float* free, float limit) {
   constexpr int kLanes = 8;

@@ -1,9 +1,13 @@
 #include "haptics/contact/packing/sphere_proxy.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "haptics/contact/packing/compute_passes.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics::packing {
 
@@ -11,7 +15,8 @@ namespace {
 
 // upper limit of motions with a collision test per tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Upper limit of consecutive sweeps without progress. In a cavity with many contacts, this ends the tick.
+// Upper limit of consecutive motions in which the proxy makes no progress. In a cavity with many contacts, this ends
+// the tick.
 constexpr int kStuck = 8;
 constexpr int kSlides = 6;          // upper limit of contacts of the non-cutting parts that are searched in one cut
 constexpr int kRounds = 60;         // upper limit of the iterations of one projection
@@ -26,13 +31,16 @@ constexpr double kAhead = 3;               // mean margin for a fast tool, as a 
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
-// m. A cut sphere may protrude from its earlier state. Up to this distance, the near lists stay valid but lose that
-// much of their margin; a larger protrusion invalidates the lists near the sphere.
+// m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
+// margin; a larger protrusion reduces only the margins of the lists near the sphere.
 constexpr double kStickOut = 1e-6;
 // Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, in entries
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, in entries
+constexpr std::size_t kLanes = 8;          // number of entries of a list that are compared at once
+// m, upper bound of the rounding error of a gap in single precision; gaps below -10 mm are always within the limits
+constexpr float kFloatRounding = 1e-9f;
 // after a near list was too long, it is made again only after this number of searches
 constexpr int kNotAgain = 64;
 
@@ -58,11 +66,12 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       options_(options),
       lever_(std::max(tool.reach, 1e-6)),
       lists_(tool.size()),
-      room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1))),
-      near_(room_ * tool.size()),
-      ranked_(room_ * tool.size()),
+      room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
+      listed_(room_ * tool.size()),
+      gap_(room_ * tool.size()),
       found_(4 * room_),
-      found_gaps_(found_.size()) {
+      found_gaps_(found_.size()),
+      sorted_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
 }
@@ -93,24 +102,38 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
   const dvec3 center = tree.center(sphere);
   const double radius = tree.radius(sphere), out = glm::distance(center, center_before) + radius - radius_before;
   if (!(radius > 0) || out <= 0) return;
+  noted_ = true;
+  if (out <= kStickOut) {
+    protrudes_ = std::max(protrudes_, out);
+    return;
+  }
   for (std::size_t i = 0; i < tool_.size(); ++i) {
     NearList& list = lists_[i];
-    if (out <= kStickOut) {
-      list.moved += out;
-    } else if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved) {
-      list = {};
-    }
+    if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved)
+      list.protrudes = std::max(list.protrudes, out);
   }
+}
+
+void SphereProxy::end_notes() noexcept {
+  if (!std::exchange(noted_, false)) return;
+  for (NearList& list : lists_) {
+    list.moved += std::max(protrudes_, list.protrudes);
+    list.protrudes = 0;
+  }
+  protrudes_ = 0;
 }
 
 /// Makes the near list of one of the tool's spheres: the tissue's spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   NearList& list = lists_[i];
+  const double wider = list.wider;
   list = {};
+  list.wider = wider;
   // Each list has a different margin. Otherwise all lists of a tool that moves steadily would become invalid in the
   // same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
-  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread)));
+  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread))) +
+                  std::max(0.0, wider);
   const double r = tool_.radius[i];
   const std::size_t count = tree.near_segment(center, center, r + margin, found_);
   if (count > found_.size()) {
@@ -122,27 +145,36 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     return;
   }
   for (std::size_t k = 0; k < count; ++k) {
-    const int sphere = found_[k];
-    found_gaps_[k] = {glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
+    found_gaps_[k] = glm::distance(center, tree.center(found_[k])) - tree.radius(found_[k]) - r - kRounding;
   }
-  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
-  const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
-  auto last = to;
-  const std::span<Near> ranked = std::span(ranked_).subspan(i * room_, room_);
-  if (count <= room_) std::copy(from, to, ranked.begin());
-  if (count > room_) {  // keeps only the nearest spheres; the nearest omitted sphere limits the margin of the list
-    last = from + static_cast<std::ptrdiff_t>(room_);
-    std::nth_element(from, last, to, nearer);
-    margin = last->gap;
-    std::sort(from, last, [&](const Near& a, const Near& b) { return tree.rank(a.sphere) < tree.rank(b.sphere); });
-    std::copy(from, last, ranked.begin());
+  double most = kNever;
+  if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
+    const auto from = sorted_gaps_.begin(), omitted = from + static_cast<std::ptrdiff_t>(room_);
+    std::copy_n(found_gaps_.begin(), count, from);
+    std::nth_element(from, omitted, from + static_cast<std::ptrdiff_t>(count));
+    margin = most = *omitted;
   }
-  std::sort(from, last, nearer);
-  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
-  std::copy(from, last, near.begin());
-  list.count = static_cast<std::size_t>(last - from);
-  list.margin = margin - kRounding;
-  list.free = std::min(list.margin, near[0].gap);
+  list.margin = list.free = margin - kRounding;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(found_gaps_[k] < most)) continue;
+    list.free = std::min(list.free, found_gaps_[k]);
+    listed_[i * room_ + list.count] = found_[k];
+    gap_[i * room_ + list.count++] = static_cast<float>(found_gaps_[k]);
+  }
+  for (std::size_t k = list.count; k % kLanes != 0; ++k) {
+    listed_[i * room_ + k] = 0;
+    gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
+  }
+}
+
+template <class Limit, class Visit>
+void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const noexcept {
+  for (std::size_t k = i * room_; k < i * room_ + lists_[i].count; k += kLanes) {
+    const F8 most = F8{} + (static_cast<float>(limit()) + kFloatRounding);
+    for (unsigned bits = bits_of(*reinterpret_cast<const F8*>(&gap_[k]) <= most); bits; bits &= bits - 1) {
+      visit(listed_[k + static_cast<std::size_t>(std::countr_zero(bits))]);
+    }
+  }
 }
 
 /// Returns the first sphere of the near list that tool sphere `i` touches before time `until`. `certain`: true if the
@@ -157,21 +189,27 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
-  for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
-    std::array<int, SphereTree::kWide> some;
-    std::size_t count = 0;
-    for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
+  std::array<int, SphereTree::kWide> some;
+  std::size_t count = 0;
+  const auto test = [&] {
     const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
     if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
-  }
+    count = 0;
+  };
+  each_listed(
+      i, [&] { return list.moved + best.t * bound; },
+      [&](int sphere) {
+        some[count++] = sphere;
+        if (count == some.size()) test();
+      });
+  if (count > 0) test();
   certain = list.moved + best.t * bound < list.margin;
   return best ? best : SphereTree::Hit{};
 }
 
 /// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
-/// contacts, the one with the lowest index. The near lists are searched first. They usually contain a contact, and the
-/// motion up to it is so short that the tree need not be searched.
+/// contacts, returns the one with the lowest index. The near lists are searched first. They usually contain a contact,
+/// and the motion up to it is so short that the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -227,20 +265,28 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<int> found) const noexcept {
   std::size_t count = 0;
-  for (const Near& near : std::span(ranked_).subspan(i * room_, lists_[i].count)) {
-    if (near.gap > gap || !tree.is_near(near.sphere, a, b, reach)) continue;
-    if (count < found.size()) found[count] = near.sphere;
-    ++count;
-  }
+  each_listed(
+      i, [&] { return gap; },
+      [&](int sphere) {
+        if (!tree.is_near(sphere, a, b, reach)) return;
+        if (count < found.size()) found[count] = sphere;
+        ++count;
+      });
   return count;
 }
 
 std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double epsilon,
-                                   std::span<int> found) const noexcept {
-  const NearList& list = lists_[i];
+                                   std::span<int> found) noexcept {
+  NearList& list = lists_[i];
   const dvec3 c = X_W_ * tool_.center_T[i];
   const double reach = tool_.radius[i] + epsilon;
-  if (!(list.moved + epsilon + kRounding < list.margin)) return tree.near_segment(c, c, reach, found);
+  const auto too_short = [&] { return !(list.moved + epsilon + kRounding < list.margin); };
+  if (too_short() && list.wider >= 0 && list.refused <= 0) {
+    list.wider = epsilon;
+    list_near(tree, i, c, 0);
+    if (too_short()) list.wider = -1;
+  }
+  if (too_short()) return tree.near_segment(c, c, reach, found);
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
@@ -314,6 +360,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       Constraint& c = *steps[k].constraint;
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
+      // Changes nothing. Without this branch, each constraint would wait for the sums of the one before it.
+      if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - gap / steps[k].yields);
       const double by = c.multiplier - before;
       allowed_move += by * c.n;
@@ -372,6 +420,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   }
 
   bool slid = false;
+  double path_left = options_.longest_path;
   for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
     const dvec3 turn = rotation_angle(X_W_.R, X_WH.R);
@@ -394,8 +443,10 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation.
-    const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
+    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation and the rest of
+    // the tick's path.
+    const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
+    const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
@@ -411,6 +462,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       Constraint& c = constraints_[k];
       c.gap = std::max(0.0, c.gap + part * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
     }
+    path_left -= part * share * way;
     slid = slid || (normal > 0 && part * glm::length(by) > kArrived);
     if (first.ball >= 0) {
       add_contact(tree, first.ball, first.sphere);

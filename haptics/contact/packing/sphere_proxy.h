@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct ProxyOptions {
   // true: the projection starts with the multipliers of the last tick, so it needs fewer iterations; false: it starts
   // with zero, as in the force laws before version 7.
   bool starts_from_last = true;
+  // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
+  double longest_path = std::numeric_limits<double>::infinity();
 };
 
 struct ProxyContact {
@@ -55,6 +58,8 @@ class SphereProxy {
   /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But the
   /// sphere may protrude from its previous state, because a cut that takes several ticks moves it.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
+  /// Must be called after the note_cut() of the spheres that one of the tool's spheres changed, before the next search.
+  void end_notes() noexcept;
 
   /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to
   /// the nearest motion on which these parts do not penetrate the tissue; they may slide along it. Stores their
@@ -65,13 +70,14 @@ class SphereProxy {
   /// searches the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Same result as SphereTree::near_segment() for the motion of one tool sphere from the proxy's pose to `to`.
+  /// Finds the tissue's spheres near the motion of one tool sphere from the proxy's pose to `to`, with the same result
+  /// as SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<int> found) const noexcept;
 
-  /// Same result as SphereTree::near_segment() for one tool sphere at the proxy's pose, enlarged by `epsilon` (m).
-  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
-                        std::span<int> found) const noexcept;
+  /// Finds the tissue's spheres near one tool sphere at the proxy's pose, if the tool sphere is enlarged by `epsilon`
+  /// (m), with the same result as SphereTree::near_segment().
+  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon, std::span<int> found) noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -81,9 +87,10 @@ class SphereProxy {
   /// Returns the unit vector of the sum of all contact normals, each weighted by its push; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
+  /// Paper S2, eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre of mass.
+  /// Paper S2, eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre
+  /// of mass.
   dvec3 torque(const dvec3& force) const noexcept;
   /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;
@@ -105,18 +112,18 @@ class SphereProxy {
     /// Returns an upper bound in m of the displacement of a tool sphere at the distance `arm` from the frame's origin.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, nearest first. The list is valid until the
-  /// tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
+  /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
+  /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
     double margin = 0;  // m; all spheres outside the list were at least this far away when the list was made
-    double moved = 0;   // m, upper bound of the displacement of the tool sphere since the list was made
-    double free = 0;    // m, distance to the nearest sphere when the list was made; negative if it overlaps
+    // m, upper bound of the displacement of the tool sphere since the list was made, plus the largest protrusion of
+    // the tissue's spheres in every cut since then
+    double moved = 0;
+    double protrudes = 0;  // m, largest protrusion that end_notes() adds to `moved`
+    double free = 0;       // m, distance to the nearest sphere when the list was made; negative if it overlaps
+    double wider = 0;      // m, part of the margin for near_here(); negative: the list has no room for it
     std::size_t count = 0;
     int refused = 0;  // number of searches until the list is made again; used after the list was too long
-  };
-  struct Near {
-    double gap;  // m, gap between this sphere and the tool sphere when the list was made
-    int sphere;
   };
   struct Constraint {
     // n: change of the gap per metre of translation along each axis; turn: change of the gap per radian of rotation, m
@@ -134,6 +141,10 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   /// Makes the near list. `way`: upper bound of the motion for which it must be valid, m.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
+  /// Calls visit(sphere) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
+  /// few others.
+  template <class Limit, class Visit>
+  void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
                           double reach, std::span<int> found) const noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
@@ -147,16 +158,18 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
-  std::vector<NearList> lists_;  // near lists, one for each tool sphere
-  std::size_t room_;             // number of entries for which each list has memory
-  // entries of all near lists, one list after the other, nearest spheres first
-  std::vector<Near> near_;
-  std::vector<Near> ranked_;                 // the same entries as in near_, but each list in the tree's order
+  std::vector<double> arm_;                  // m, for each tool sphere: distance from the frame's origin
+  std::vector<NearList> lists_;              // near lists, one for each tool sphere
+  std::size_t room_;                         // number of entries for which each list has memory, a multiple of 8
+  std::vector<int> listed_;                  // entries of all near lists, one list after the other
+  std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
   std::vector<int> found_;                   // indices of the spheres that one search found
-  std::vector<Near> found_gaps_;             // gaps of the spheres in found_
+  std::vector<double> found_gaps_;           // m, gaps of the spheres in found_
+  std::vector<double> sorted_gaps_;          // m, the same gaps, partly sorted
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
+  double protrudes_ = 0;                     // m, largest small protrusion since end_notes()
+  bool noted_ = false;                       // a sphere has protruded since end_notes()
   double pushed_ = 0;                        // m, sum of the pushes of all contacts
   dvec3 n_W_{0};
   bool sticks_ = false;

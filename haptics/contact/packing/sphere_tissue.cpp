@@ -41,9 +41,13 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
+bool SphereTissue::gone(const CutSphere& s) const noexcept {
+  return !(s.radius() > kLeast * s.base_radius);
+}
+
 /// Returns the volume in m³ that a sphere represents, including its part of the gaps.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
-  if (!(s.radius() > kLeast * s.base_radius)) return 0;
+  if (gone(s)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
   const double base = ball_volume(s.base_radius);
   if (removal_ == Removal::kAsPrinted) return s.base_volume * ball_volume(s.radius()) / base;
@@ -90,21 +94,28 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                                    std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
+  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
   for (std::size_t k = 0; k < found; ++k) {
     const int i = changed[k];
     CutSphere s = sphere(i);
     const CutSphere was = s;
     if (!after_cut(s, a, b, r)) continue;
-    take(i, s, removed);
+    count(i, counted(was) - counted(s), removed);
+    if (unmended >= 0 && !tree_.share_leaf(unmended, i)) tree_.mend_above(unmended);
+    put(unmended = i, s);
     if (kept < before.size()) before[kept] = was;
     changed[kept++] = i;
   }
+  if (unmended >= 0) tree_.mend_above(unmended);
   return kept;
 }
 
 void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
-  const double taken = volume(i) - counted(after);
+  count(i, volume(i) - counted(after), removed);
   set(i, after);
+}
+
+void SphereTissue::count(int i, double taken, Removed& removed) const noexcept {
   const auto t = static_cast<std::size_t>(tissue(i));
   removed.volume[t] += taken;
   removed.hardened[t] += taken * hardness(i);
@@ -125,12 +136,20 @@ double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3
 double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
                      const PerTissue& weight) noexcept {
   double sum = 0;
+  bool first = true;
   for (const int i : near) {
     const auto k = static_cast<std::size_t>(i);
-    CutSphere s = tried_in_[k] == number_ ? state_[k] : tissue.sphere(i);
-    const double before = tissue.counted(s);
+    const CutSphere& before = tried_in_[k] == number_ ? state_[k] : tissue.sphere(i);
+    CutSphere s = before;
     if (!tissue.after_cut(s, a, b, r)) continue;
-    sum += (before - tissue.counted(s)) * tissue.hardness(i) * weight[static_cast<std::size_t>(tissue.tissue(i))];
+    const double taken = tissue.counted(before) - tissue.counted(s);
+    sum += taken * tissue.hardness(i) * weight[static_cast<std::size_t>(tissue.tissue(i))];
+    if (steps_.size() < kMostSteps) {
+      steps_.push_back({i, first, taken, s});
+      first = false;
+    } else {
+      complete_ = false;
+    }
     state_[k] = s;
     tried_in_[k] = number_;
   }
@@ -138,8 +157,14 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, cons
 }
 
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
+  put(i, s);
+  tree_.mend_above(i);
+}
+
+/// Sets a sphere without updating the tree's boxes above it.
+void SphereTissue::put(int i, const CutSphere& s) noexcept {
   spheres_[static_cast<std::size_t>(i)] = s;
-  tree_.set(i, s.center(), s.radius() > kLeast * s.base_radius ? s.radius() : 0);
+  tree_.put(i, s.center(), gone(s) ? 0 : s.radius());
 }
 
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue) {

@@ -24,6 +24,8 @@ struct Removed {
   }
 };
 
+class TriedCut;
+
 /// Used by one thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
@@ -51,10 +53,10 @@ class SphereTissue {
   /// Returns the remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the
-  /// changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed volume
-  /// to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the ball can
-  /// touch; the others are not cut.
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the indices
+  /// of the changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed
+  /// volume to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the
+  /// ball can touch; the others are not cut.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the
@@ -69,6 +71,10 @@ class SphereTissue {
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
+  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(number, sphere before) for
+  /// every change, and ends_ball() after the changes by one of the tool's spheres.
+  template <class Changes, class EndsBall>
+  void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
   Removal removal() const { return removal_; }
   std::span<const CutSphere> spheres() const { return spheres_; }
@@ -82,6 +88,9 @@ class SphereTissue {
   friend class TriedCut;
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
+  bool gone(const CutSphere& s) const noexcept;
+  void put(int i, const CutSphere& sphere) noexcept;
+  void count(int i, double taken, Removed& removed) const noexcept;
 
   Removal removal_;
   std::vector<CutSphere> spheres_;
@@ -95,18 +104,51 @@ class SphereTissue {
 /// for the tissue that the previous balls left, as in carve(). Allocates memory only in the constructor. Servo thread.
 class TriedCut {
  public:
-  explicit TriedCut(std::size_t spheres) : state_(spheres), tried_in_(spheres, 0) {}
+  explicit TriedCut(std::size_t spheres) : state_(spheres), tried_in_(spheres, 0) { steps_.reserve(kMostSteps); }
   /// Starts a new cut.
-  void begin() noexcept { ++number_; }
+  void begin() noexcept {
+    ++number_;
+    steps_.clear();
+    complete_ = true;
+  }
+  /// True if SphereTissue::make() can make the cut: its changes were few enough to be stored.
+  bool complete() const noexcept { return complete_; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
  private:
+  friend class SphereTissue;
+  static constexpr std::size_t kMostSteps = 16384;
+  struct Step {
+    int sphere;
+    bool first;    // the first change by one of the tool's spheres
+    double taken;  // m³, removed volume
+    CutSphere after;
+  };
+  std::vector<Step> steps_;  // changes in the order of carve()
+  bool complete_ = false;
   std::vector<CutSphere> state_;         // for each sphere: its state after the present cut, if the cut changed it
   std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the last cut that changed state_
   std::uint64_t number_ = 0;
 };
+
+template <class Changes, class EndsBall>
+void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
+  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
+  for (const TriedCut::Step& step : tried.steps_) {
+    const int i = step.sphere;
+    if (step.first) ends_ball();
+    const CutSphere before = sphere(i);
+    if (gone(before)) continue;
+    count(i, step.taken, removed);
+    if (unmended >= 0 && !tree_.share_leaf(unmended, i)) tree_.mend_above(unmended);
+    put(unmended = i, step.after);
+    changes(i, before);
+  }
+  if (unmended >= 0) tree_.mend_above(unmended);
+  ends_ball();
+}
 
 /// Returns for each sphere the volume of tissue that belongs to it, m³. The tissue of each voxel counts for the nearest
 /// sphere, so the volume includes the gaps around the sphere. The volumes of a tissue's spheres are scaled such that

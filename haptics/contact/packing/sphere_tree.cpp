@@ -119,8 +119,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Sorts id_of_[from .. to) such that the spheres of each run of `chunk` elements are close together in space; then
-/// sorts each eighth of a run in the same manner.
+/// Sorts id_of_[from .. to) such that each group of `chunk` successive spheres is close together in space; then sorts
+/// each eighth of a group in the same manner.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -143,12 +143,11 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
+void SphereTree::put(int i, const dvec3& center, double radius) noexcept {
   const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
   Leaf& leaf = leaves_[s / kWide];
   leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
   leaf.r[s % kWide] = radius;
-  mend(s / kWide);
 }
 
 /// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
@@ -303,7 +302,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
 }
 
 /// Calls visit(slot, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The visit
-/// may reduce `most` to shorten the search.
+/// may reduce `most` to shorten the search; negative infinity ends it.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -318,7 +317,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
     return reach * reach;
   };
-  while (depth > 0) {
+  while (depth > 0 && most > -kNever) {
     const auto [entered, level, index] = stack[--depth];
     if (entered > reach2()) continue;
     if (level == 0) {
@@ -348,6 +347,17 @@ double SphereTree::room(const dvec3& p, double most) const noexcept {
   ++t_search_counts.spheres;
   visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
   return most;
+}
+
+bool SphereTree::touches(const dvec3& p, double r) const noexcept {
+  ++t_search_counts.spheres;
+  bool touches = false;
+  double most = r;
+  visit_nearest(p, most, [&](std::size_t, double off) {
+    touches = touches || off <= r;
+    if (touches) most = -kNever;
+  });
+  return touches;
 }
 
 int SphereTree::nearest(const dvec3& p) const noexcept {

@@ -37,13 +37,26 @@ class SphereTree {
 
   /// Sets the position and radius of a sphere; with radius 0 the sphere disappears. Updates the boxes of the nodes
   /// above it.
-  void set(int i, const dvec3& center, double radius) noexcept;
+  void set(int i, const dvec3& center, double radius) noexcept {
+    put(i, center, radius);
+    mend_above(i);
+  }
+  /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
+  /// before the next search.
+  void put(int i, const dvec3& center, double radius) noexcept;
+  /// Returns true if two spheres are in the same leaf of the tree.
+  bool share_leaf(int i, int j) const noexcept {
+    return slot_of_[static_cast<std::size_t>(i)] / static_cast<int>(kWide) ==
+           slot_of_[static_cast<std::size_t>(j)] / static_cast<int>(kWide);
+  }
+  void mend_above(int i) noexcept { mend(static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]) / kWide); }
 
   /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
-  /// contacts, the sphere with the lowest index. The result has the same bits as that of brute_force().
+  /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// Same as first_hit(), but tests only the given spheres (at most kWide). The result has the same bits.
+  /// Returns the first sphere that the moving sphere touches, as first_hit() does, but tests only the given spheres (at
+  /// most kWide). The result has the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Writes to `found` the indices of the spheres that are nearer than `reach` to the segment from a to b. Their order
@@ -65,8 +78,12 @@ class SphereTree {
   /// point is inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
 
+  /// Returns true if a ball of radius `r` at `p` overlaps or touches a sphere. The search ends at the first such
+  /// sphere.
+  bool touches(const dvec3& p, double r) const noexcept;
+
   /// Returns the sphere whose surface is nearest to a point, or -1 if all spheres have disappeared. Among equally near
-  /// spheres, the first in the tree's order.
+  /// spheres, returns the first in the tree's order.
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {

@@ -60,8 +60,8 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                    [&](std::size_t, const dvec3& c, double r) { return tissue.tree().near_segment(c, c, r, scratch); });
 }
 
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
-                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept {
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
+                                 const PerTissue& density, std::span<int> scratch) noexcept {
   return estimated(
       tissue, proxy.tool(), proxy.pose(), p_WC, epsilon, density, scratch,
       [&](std::size_t t, const dvec3&, double) { return proxy.near_here(tissue.tree(), t, epsilon, scratch); });

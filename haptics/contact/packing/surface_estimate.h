@@ -43,18 +43,19 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;
 
-/// Same as the other estimate_surface(), but uses the near lists of `proxy`. The result has the same bits.
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const SphereProxy& proxy, const dvec3& p_WC,
-                                 double epsilon, const PerTissue& density, std::span<int> scratch) noexcept;
+/// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the spheres in the near
+/// lists of `proxy`.
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
+                                 const PerTissue& density, std::span<int> scratch) noexcept;
 
-/// Eq. 4: returns the cutting speed in m/s. At density zero the tissue has no resistance, and the speed is
+/// Paper S2, eq. 4: returns the cutting speed in m/s. At density zero the tissue has no resistance, and the speed is
 /// `free_speed`.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }
 
-/// Eq. 5, corrected: returns the tool's displacement in `dt` seconds towards a point at the distance `left` (m). (The
-/// printed formula m · v_d / Δt is not a length.)
+/// Paper S2, eq. 5, corrected: returns the tool's displacement in `dt` seconds towards a point at the distance `left`
+/// (m). (The printed formula m · v_d / Δt is not a length.)
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

@@ -155,7 +155,8 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  if (set.sunk_ || set.exact_count_ > 0) return;  // a contact that is already exact lies where nothing was cut
+  // an exact contact needs no correction, because it lies where nothing was cut
+  if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;
   if (same(X_VE, X_VT)) {

@@ -206,8 +206,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
     // Each area has a weight that decreases linearly from one to zero over a distance of one voxel, so that the sum
-    // changes smoothly. The sum of the normals uses another weight: twice the decrease over half a voxel, minus the
-    // decrease over one voxel. This subtracts the area that would touch only if the head sank deeper.
+    // changes smoothly. The sum of the normals uses the weight 2 a − b, where a decreases from one to zero over half a
+    // voxel, and b over one voxel. This subtracts the area that would touch only if the head sank deeper.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -229,7 +229,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // Only points that were nearly on the surface are kept as they are. Across a ridge, the step may end anywhere.
+    // A point after this step counts only if it was nearly on the surface before, because a long step across a ridge
+    // may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }

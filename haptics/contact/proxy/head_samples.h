@@ -38,7 +38,8 @@ struct HeadSamples {
   /// Moves surface points that are inside the head to the head's surface. `c`: the head's centre, relative to the
   /// origin of the points. The gap of these contacts becomes 0.
   void push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
-  /// Same as push_out_at() for a head that has not moved since the search.
+  /// Moves surface points that are inside the head to the head's surface, as push_out_at() does, for a head that has
+  /// not moved since the search.
   void push_out_here(RoughPlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];

@@ -37,7 +37,8 @@ struct RefineParameters {
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
-  // Voxels, value of stays_exact for a head with edges, where the error of the gap equals the path.
+  // Voxels, value of stays_exact for a head with edges, for which the error of the gap is as large as the distance
+  // moved.
   static constexpr double stays_exact_edged = 2e-3;
   // Voxels, value of stays_exact for a head that does not cut.
   static constexpr double stays_exact_fine = 1e-3;
@@ -49,7 +50,7 @@ struct RefineParameters {
   static constexpr double gained_fine = 3e-8;
   // Upper limit of the ratio of two successive steps for which the secant method is used.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;  // upper limit of the secant method's gain
+  static constexpr double most_gain = 10;  // upper limit of the factor by which the secant method lengthens a step
 };
 
 /// Parameters for a sharp rim of the head inside the tissue (touch_with_rim). The direction out of the tissue is the

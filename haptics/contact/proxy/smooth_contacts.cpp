@@ -21,7 +21,7 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // The constant covers the interpolation stencil and the distance by which samples are moved.
+  // The constant 6 covers the interpolation stencil and the distance by which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -117,10 +117,10 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
   }
 }
 
-/// Returns the overlap (voxels) that is allowed between a part with this `radius` and the tissue at x; if it is
-/// `every_` or more, the part has no contact. Reason: in cut tissue, the coarse field cannot separate a thin neck from
-/// the wall of the hole that the head has made. So a part that is hardly wider than the head follows the head without
-/// contact. The wider a part is, the smaller the allowed overlap.
+/// Returns the overlap (voxels) that is allowed between a part with this `radius` and the tissue at x; if it is at
+/// least `every_` (the spacing of the coarse samples), the part has no contact. Reason: in cut tissue, the coarse field
+/// cannot separate a thin neck from the wall of the hole that the head has made. So a part that is hardly wider than
+/// the head follows the head without contact. The wider a part is, the smaller the allowed overlap.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));

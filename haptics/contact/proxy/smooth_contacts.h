@@ -43,7 +43,7 @@ class NonCuttingContacts {
     ContactFinder finder;  // contact finder of this part; its lengths are in voxels of the patch that it searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
-    }  // u: distance along the axis from the part's lower end
+    }  // `u`: distance along the axis from the part's lower end
     double z, half, neck, radius, taper;
   };
   struct Known {

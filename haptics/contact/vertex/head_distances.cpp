@@ -26,7 +26,8 @@ TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
   std::memcpy(to, &v, sizeof v);
 }
 
-/// Same result as HeadField::distance(p, n) for each point, for a ball of this radius.
+/// Computes the signed distance from a ball of this radius to each point, and its gradient, with the same result as
+/// HeadField::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -42,8 +43,8 @@ void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
   }
 }
 
-/// Same result as HeadField::distance(p, n) for each point, for a head with these pieces of the meridian. `R`: rotation
-/// from T to W, column by column.
+/// Computes the signed distance from a head with these pieces of the meridian to each point, and its gradient, with the
+/// same result as HeadField::distance(p, n). `R`: rotation from T to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Columns& columns) {

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics::vertex {
 
-/// Lengths are ratios to the head's radius.
+/// Parameters for the motion of a head among contact points. Lengths are ratios to the head's radius.
 struct FollowParameters {
   // Longest displacement in one iteration, as a ratio to the head's radius. It is short, because the bounds of the
   // points are linearised.

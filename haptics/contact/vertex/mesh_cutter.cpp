@@ -49,8 +49,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 
 constexpr std::size_t kBatch = 8;
 
-/// Finds the balls that overlap the ball with centre p and radius r. Writes their indices to `at` and returns their
-/// number.
+/// Finds the bounding balls that overlap the ball with centre p and radius r. Writes their indices to `at` and returns
+/// their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, std::uint32_t* at) {
@@ -397,7 +397,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
-  double volume = 0;  // m³ · 6, six times the volume that is added to the solid
+  double volume = 0;  // m³, six times the volume that is added to the solid
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
     volume += volume6(to, b, d, to) - volume6(from, b, d, to);
@@ -445,7 +445,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  const double volume = volume6(a, d, c, b);  // m³ · 6, six times the volume that is added to the solid
+  const double volume = volume6(a, d, c, b);  // m³, six times the volume that is added to the solid
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {

@@ -14,7 +14,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length that the head requires.
+/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length of the cut surface, which depends on
+/// the head.
 struct CutParameters {
   // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
@@ -65,7 +66,7 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The algorithm as printed in the paper: vertices inside the head at B move away from its centre or axis. No face is
+  /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 

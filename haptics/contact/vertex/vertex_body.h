@@ -76,7 +76,7 @@ class VertexBody final : public TissueBody {
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, for each head: the edge length that it requires
+  std::vector<double> edges_;  // m, for each head: the edge length of the surface that it cuts
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
   SharedLabels labels_;

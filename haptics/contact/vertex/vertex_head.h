@@ -46,7 +46,7 @@ class VertexHead {
   }
   /// Returns the distance from a point inside the head to the surface along the unit direction `way_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Returns the target of a point inside the head by the rule printed in the paper. Inside a ball (3.1), or inside the
+  /// Returns the target of a point inside the head by the rule printed in paper S4. Inside a ball (3.1), or inside the
   /// lower half ball of a round-ended head, the point moves away from the centre. Otherwise it moves away from the axis
   /// at the same height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;

@@ -211,10 +211,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Computes the springs of the vertices that a virtual motion of the head would push (S4, 4.2). The head at X moves by
-/// the probe length along the unit vector `pull`. A ball is evaluated at its new position. For any other head, depth
-/// and direction are extrapolated linearly from the distance and normal at X. With exact values, a head that is thinner
-/// than the motion is long (the tip of a cone) would push vertices out on the wrong side.
+/// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The head
+/// at X moves by the probe length along the unit vector `pull`. A ball is evaluated at its new position. For any other
+/// head, depth and direction are extrapolated linearly from the distance and normal at X. With exact values, a head
+/// that is thinner than the motion is long (the tip of a cone) would push vertices out on the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -308,7 +308,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = pull / depth;
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
-  // nearly parallel to the pull (a cone), the springs push in opposite directions, and their sum would be too small.
+  // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
+  // their sum would be too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
@@ -330,7 +331,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The algorithm as printed in the paper: the head is at the hand, and each vertex inside the head pushes back.
+/// The algorithm as printed in paper S4: the head is at the hand, and each vertex inside the head pushes back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);

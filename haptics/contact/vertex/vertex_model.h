@@ -18,7 +18,8 @@ struct FeelParameters {
   // to include many vertices, and small enough that no vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack = 0.01;  // allowed overlap of a head that is not a ball, as a ratio to its radius
-  // upper limit of the springs' transverse force, as a ratio to the force along the pull
+  // upper limit of the springs' transverse force, as a ratio to their force along the pull (direction from the head to
+  // the hand)
   static constexpr double most_aside = 0.25;
   static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
   // Shortest displacement that is cut at once, as a ratio to the edge length. With shorter ones, every tick would cut.
@@ -69,7 +70,7 @@ class VertexModel final : public ContactModel {
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
-    double across = 0;          // m², area projected along the pull
+    double across = 0;          // m², area projected along the pull (direction from the head to the hand)
     double sum = 0;             // N·m², sum of the magnitudes of the forces
     double weight = 0;          // m³, sum of area × depth
     PerTissue tissue{};         // m³, sum of area × depth for each tissue
@@ -97,7 +98,7 @@ class VertexModel final : public ContactModel {
   Parameters parameters_;
   VertexSnapshot snapshot_;
   std::vector<VertexHead> heads_;  // heads, one for each tool
-  std::vector<double> edges_;      // m, for each head: the edge length that it requires
+  std::vector<double> edges_;      // m, for each head: the edge length of the surface that it cuts
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};         // N, force of the last tick after the filter

@@ -62,8 +62,8 @@ struct Api {
 
 constexpr int kMost = 16;  // largest device index; a larger number in an address is a serial number
 
-/// Peak force and stiffness that the manufacturer recommends for a device. The row of a device is found by words in its
-/// system's name.
+/// Peak force and stiffness that the manufacturer recommends for a device. The table row of a device is found by words
+/// in its system's name.
 struct Known {
   const char* word;
   double force, stiffness, torque;

@@ -278,8 +278,8 @@ class OpenHapticsDevice : public HapticDevice {
   sem_t fresh_{};
   std::uint32_t faults_ = 0;
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
-  Latest<Sample> samples_;  // from the scheduler to the servo
-  Latest<dvec3> forces_;    // from the servo to the scheduler
+  Latest<Sample> samples_;  // passes samples from the scheduler to the servo
+  Latest<dvec3> forces_;    // passes forces from the servo to the scheduler
   int age_ = 1000;          // number of callbacks since the servo's last force; used only by the scheduler's thread
 };
 

@@ -76,7 +76,8 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // Without this, the tool would drift if the report "back to zero" was lost.
+    // If no report arrives, the cap counts as released. Otherwise the tool would drift if the report "back to zero" was
+    // lost.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
@@ -124,7 +125,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // The text has the format "[PATH or SERIAL][,position]".
+  // The address after its colon has the format "[PATH or SERIAL][,position]".
   SpaceMouseControl control;
   std::string which = rest;
   if (const std::size_t comma = rest.rfind(','); comma != std::string::npos) {

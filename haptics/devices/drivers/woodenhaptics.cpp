@@ -246,7 +246,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // The text has the format "[PATH or SERIAL][,PRESET]".
+  // The address after its colon has the format "[PATH or SERIAL][,PRESET]".
   const std::size_t comma = rest.rfind(',');
   const std::string which = rest.substr(0, comma);
   std::string preset = comma == std::string::npos ? "" : rest.substr(comma + 1);

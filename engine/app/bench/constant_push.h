@@ -1,0 +1,60 @@
+// Simulated hands that push a turning tool into the molar with a constant force, and the force steps that they feel.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/app/scene.h"
+#include "haptics/scripted_hand.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// Time after a touch in which the hand lands and bounces, s.
+inline constexpr double kPushLanding = 0.3;
+/// Force change from one tick to the next that a hand does not feel as a step, N.
+inline constexpr double kPushStep = 0.02;
+
+/// A hand that pushes: 0.15 kg, 5 N·s/m, 1 kHz.
+struct PushHand {
+  std::string tool, spindle;
+  double push = 0;  // N, along -z of W
+  haptics::HandPath path;
+};
+/// The names of all tools in the assets that turn, sorted.
+std::vector<std::string> turning_tools();
+/// The hand of a seed: a push of 0.2 to 0.8 N, a tilt of up to 0.5 rad, up to 8 mm/s sideways, a fall of 0.2 to 4 mm
+/// onto the occlusal face. `tools` are used in turn. Throws Error.
+PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
+
+/// A change of the force from one tick to the next.
+struct ForceStep {
+  double size = 0;   // N
+  double t = 0;      // s
+  double speed = 0;  // m/s, speed of the hand
+};
+
+/// The largest steps that a hand felt. A step is beyond the spring if it is larger than kPushStep and larger than
+/// 1.1 times the change that the hand's own displacement in this tick causes in a spring of 1 N/mm; `over` is the
+/// largest excess over this limit.
+struct PushSteps {
+  ForceStep largest, beyond_spring;
+  double over = 0;  // N
+};
+struct PushResult {
+  PushSteps any;             // in all ticks
+  PushSteps after_landing;   // later than kPushLanding after the last touch
+  double least_energy = 0;   // J, minimum of the energy ledger
+  std::uint32_t faults = 0;  // bits of enum Fault, of all ticks
+};
+
+/// The molar with caries that all hands drill. Throws Error.
+haptics::TissueVolume pushed_tissue();
+/// Simulates one hand in a copy of the tissue, with this version of the servo's force laws. Equal hands give equal
+/// results. Throws Error.
+PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws = kServoLaws);
+/// One line for a message: tool, spindle, push and start.
+std::string text_of(const PushHand& hand);
+
+}  // namespace typodont
