@@ -143,9 +143,9 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand in
-/// the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in the
-/// last tick. Updates the state.
+/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand
+/// in the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in
+/// the last tick. Updates the state.
 inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                               const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;

@@ -45,8 +45,8 @@ constexpr Question kPlotted[] = {
      "The error is the relative error of the force's magnitude while the hand slides.", "magnitude", "slide",
      "magnitude", "rms", "magnitude error, % rms"},
     {"Is the tool drawn inside the tissue?",
-     "The figure is the largest depth of the drawn tool inside the exact shape while the hand slides.", "penetration",
-     "slide", "penetration", "greatest", "penetration, mm"},
+     "The table states the largest depth of the drawn tool inside the exact shape while the hand slides.",
+     "penetration", "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
      "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The volume lost by the "
      "tissue is compared with the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 "
@@ -137,44 +137,44 @@ constexpr Tabled kTabled[] = {
       "", "drag", "friction", "rms", ""},
      error_of},
     {{"How long does a tick take at worst?",
-      "The figure is the CPU time of the servo's tick while the hand slides (99.9 % quantile, µs).", "", "slide",
+      "The table states the CPU time of the servo's tick while the hand slides (99.9 % quantile, µs).", "", "slide",
       "tick, 99.9 %", "", ""},
      microseconds_of},
     {{"How long does a tick take while drilling?",
-      "The figure is the CPU time of the servo's tick while the bur cuts (99.9 % quantile, µs).", "", "drill",
+      "The table states the CPU time of the servo's tick while the bur cuts (99.9 % quantile, µs).", "", "drill",
       "tick, 99.9 %", "", ""},
      microseconds_of},
     {{"How long does a cut take in the carver?",
-      "The figure is the CPU time of the carver thread for one cut (median, µs).", "", "drill", "carver's cut, median",
-      "", ""},
+      "The table states the CPU time of the carver thread for one cut (median, µs).", "", "drill",
+      "carver's cut, median", "", ""},
      microseconds_of},
     {{"How large is the largest step of the model force?",
-      "The figure is the largest change of the model force in one tick while the hand slides, minus that of the exact "
-      "force (N).",
+      "The table states the largest change of the model force in one tick while the hand slides, minus that of the "
+      "exact force (N).",
       "", "slide", "step, asked", "", ""},
      error_of},
     {{"How large is the largest step of the output force?",
-      "The figure is the largest change of the output force in one tick while the hand slides, after slew limit, force "
-      "limit and passivity controller (N).",
+      "The table states the largest change of the output force in one tick while the hand slides, after slew limit, "
+      "force limit and passivity controller (N).",
       "", "slide", "step, felt", "", ""},
      error_of},
     {{"How much energy does the model force of a tap give to the hand?",
-      "The hand taps the tissue with 10, 30, 100 and 200 mm/s, 0.3 mm deep. The figure is the largest energy that the "
-      "model force gives to the hand (µJ).",
+      "The hand taps the tissue with 10, 30, 100 and 200 mm/s, 0.3 mm deep. The table states the largest energy that "
+      "the model force gives to the hand (µJ).",
       "", "tap", "energy given, asked", "", ""},
      error_of},
     {{"How much energy does the output force of a tap give to the hand?",
-      "The figure is the largest energy that the output force gives to the tapping hand, after the passivity "
+      "The table states the largest energy that the output force gives to the tapping hand, after the passivity "
       "controller (µJ).",
       "", "tap", "energy given, felt", "", ""},
      error_of},
     {{"How long does the bur take to drill through a sheet?",
-      "The hand presses the bur with 1 N on a sheet of 0.3 mm. The figure is the time in seconds until the bur has "
+      "The hand presses the bur with 1 N on a sheet of 0.3 mm. The table states the time in seconds until the bur has "
       "left the sheet, or – if it never did.",
       "", "break-through", "time", "", ""},
      error_of},
     {{"How large is the force behind the sheet?",
-      "The figure is the largest force after the bur has left the sheet (N).", "", "break-through", "force left", "",
+      "The table states the largest force after the bur has left the sheet (N).", "", "break-through", "force left", "",
       ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
@@ -188,28 +188,30 @@ constexpr Tabled kTabled[] = {
       "escape", "hands of 20 mm a tick", "", ""},
      error_of},
     {{"How much energy do hostile hands get?",
-      "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The figure is "
+      "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The table states "
       "the largest energy that the output force gives to any of these hands (µJ).",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
-    {{"How many hostile hands get energy?", "The figure is the percentage of hostile hands that get more than 1 nJ.",
+    {{"How many hostile hands get energy?", "The table states the percentage of hostile hands that get more than 1 nJ.",
       "", "hostile", "hands with energy", "", ""},
      error_of},
-    {{"Are all forces on hostile hands finite?", "The figure is the number of ticks with a force that is not finite.",
-      "", "hostile", "ticks not finite", "", ""},
+    {{"Are all forces on hostile hands finite?",
+      "The table states the number of ticks with a force that is not finite.", "", "hostile", "ticks not finite", "",
+      ""},
      error_of},
     {{"How long does a tick with a hostile hand take at worst?",
-      "The figure is the CPU time of the servo's tick with a hostile hand (99.9 % quantile, µs).", "", "hostile",
+      "The table states the CPU time of the servo's tick with a hostile hand (99.9 % quantile, µs).", "", "hostile",
       "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"How much memory does the set-up need?", "The figure is the memory of tissue, snapshots and contact model (MiB).",
-      "", "set-up", "memory", "", ""},
+    {{"How much memory does the set-up need?",
+      "The table states the memory of tissue, snapshots and contact model (MiB).", "", "set-up", "memory", "", ""},
      error_of},
-    {{"How long does the set-up take?", "The figure is the CPU time of all threads (s).", "", "set-up", "time", "", ""},
+    {{"How long does the set-up take?", "The table states the CPU time of all threads (s).", "", "set-up", "time", "",
+      ""},
      error_of}};
 
 /// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
-/// the tissue. The best model is the model with the smallest figure among those that do not fail.
+/// the tissue. The best model is the model with the smallest value among those that do not fail.
 struct Task {
   const char* task;
   Question question;
@@ -307,10 +309,12 @@ std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& 
 
 std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   std::string out =
-      "\n## Which model for which task\n\nThe best contact model for a task has the smallest figure among the models "
-      "that do not fail and whose tick takes at most 500 µs (99.9 % quantile) on these tissues. The figures are "
+      "\n## Which model for which task\n\nThe best contact model for a task has the smallest value (error, time or "
+      "memory) among the models that do not fail and whose tick takes at most 500 µs (99.9 % quantile) on the task's "
+      "tissues. "
+      "The compared values are "
       "geometric means over the tissues.\n\n| task | "
-      "best model | figure | second | its figure |\n"
+      "best model | value | second | its value |\n"
       "|---|---|---|---|---|\n";
   for (const Task& task : tasks()) {
     const std::vector<Ranked> order = ranked(figures, task);
@@ -324,7 +328,7 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   const std::string best = model_of_most_tasks(figures);
   const std::string_view used = haptics::default_contact_method()->name();
   out += fmt::format("\n`{}` is first in most tasks. The program's default is `{}`{}\n", best, used,
-                     best == used ? "." : ", which these figures do not support.");
+                     best == used ? "." : ", which these values do not support.");
   return out;
 }
 
@@ -366,19 +370,20 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
 
 This page compares all contact models with the exact solution. The tissue, the hand and the clock are the same for all
 models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
-created this page. Every figure is a row of [rows.csv]({0}/rows.csv), which also contains figures that this page does
-not show.
+created this page. All numbers on this page come from [rows.csv]({0}/rows.csv), which also contains numbers that this
+page does not show.
 
 - **Measured on**: {1}.
 - **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
   slides, a sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh)
-  and hip socket (a mesh). The stiffness is 1 N/mm, the specific energy 8 J/mm³ and the friction 0.15.
+  and hip socket (a mesh). All tissues have a stiffness of 1 N/mm, a specific energy of 8 J/mm³ and a friction
+  coefficient of 0.15.
 - **Hand and clock**. The tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
-  path regardless of the force, so all models get the same input bit for bit. The tests use no friction (except in the
-  drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through sheets and hostile hands are
-  random with the seed 1, so their errors are reproducible.
+  path regardless of the force, so all models get the same input bit for bit. The tests of the contact models use no
+  friction (except in the drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through
+  sheets and hostile hands are random with the seed 1, so their errors are reproducible.
 - **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
-  shape. This position is computed by sequential quadratic programming in double precision
+  shape. The exact solution is computed by sequential quadratic programming in double precision
   (`haptics/bench/reference_contact.h`).
 - **Model force and output force**. The model force is the result of the contact model, before the servo's slew limit,
   force limit and passivity controller. The output force is the force that the servo sends to the hand. All stated

@@ -37,24 +37,23 @@ constexpr Campaign kCampaigns[] = {
      "Simulated hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of these hands "
      "drill. The force is limited to 8 N"},
     {"nonsense",
-     "The hostile hands also give invalid input in one tick of fifty. The invalid input has positions that are NaN, "
-     "infinite or far away, jumps of the hand, a clock that jumps back or forward by 3 s, and undone strokes"},
+     "The hands of the campaign \"hostile hand\" also give invalid input in one tick of fifty. The invalid input has "
+     "positions that are NaN, infinite or far away, jumps of the hand, a clock that jumps back or forward by 3 s, and "
+     "undone strokes"},
     {"carver stalls",
-     "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The figure \"step\" is "
-     "the "
-     "largest force step minus that of the same hand without a stall"},
+     "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The value \"step\" is "
+     "the largest force step minus that of the same hand without a stall"},
     {"uneven clock",
      "The tick periods of the hostile hands vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
     {"200 N",
      "A simulated hand of 1 kg presses a tool head of 20 mm on a ball of bone with 200 N while the head slides and "
-     "reams. "
-     "The contact stiffness is 60 N/mm"},
+     "reams. The contact stiffness is 60 N/mm"},
     {"fast probe",
      "The tip of an explorer (0.25 mm) slides over the edges of a box, a groove and the dental arch with 30, 60 and "
      "120 mm/s, at a depth of half its radius"},
     {"thin wall",
-     "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand escapes if no force pushes it back "
-     "behind the sheet"}};
+     "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand that has passed through the sheet "
+     "escapes if no force pushes it back"}};
 
 /// Known reason why a model does not survive a campaign. The page prints the reason only if the model did not survive.
 struct Cause {
@@ -64,8 +63,8 @@ constexpr std::string_view kUnpaidLeap =
     "The proxy stays above the sheet, but the hand did no work against the force during the jump. The passivity "
     "controller therefore removes the force while the hand rests";
 constexpr std::string_view kFissures =
-    "The model generates energy only on the dental arch, with forces of 0.06 N, because a scripted hand changes its "
-    "direction at the fissures faster than the passivity controller predicts";
+    "In the campaign \"fast probe\", this contact model generates energy only on the dental arch, with forces of 0.06 "
+    "N, because a scripted hand changes its direction at the fissures faster than the passivity controller predicts";
 constexpr Cause kCauses[] = {
     {"thin wall", "offset", kUnpaidLeap},
     {"thin wall", "implant", kUnpaidLeap},
@@ -74,10 +73,11 @@ constexpr Cause kCauses[] = {
     {"thin wall", "voxel_penalty",
      "Without a proxy, nothing stops a hand that passes through the wall between two ticks"},
     {"fast probe", "voxel_penalty",
-     "The springs of the model are weaker if fewer than ten sample points have contact, and a tip as small as a voxel "
-     "has few sample points"},
+     "The springs of `voxel_penalty` are weaker if fewer than ten sample points have contact, and a tip as small as a "
+     "voxel has few sample points"},
     {"carver stalls", "voxel_penalty",
-     "The model has no tissue outside its patch, and no plane of a last contact that could stop the hand there"},
+     "The model `voxel_penalty` has no tissue outside its patch, and no plane of a last contact that could stop the "
+     "hand there"},
     {"fast probe", "packing",
      "The gaps between 10,000 spheres are as wide as the tip of the explorer, so the tip falls into them. Use more "
      "spheres, or another contact model for explorers"}};
@@ -173,15 +173,14 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
   std::string page = fmt::format(
       "# What each contact model survives\n\n"
       "The command `./run bench stress` (`typodont bench stress --out docs/stress/rows.csv --page docs/stress.md`) "
-      "created this page. Every figure is a row of [rows.csv]({0}/rows.csv). The tests run a short version of this "
-      "benchmark.\n\n"
+      "created this page. All numbers on this page come from [rows.csv]({0}/rows.csv). The tests run a short "
+      "version of this benchmark.\n\n"
       "**Measured on**: {1}.\n\n"
       "![Map of the results, models in rows and campaigns in columns]({0}/map.svg)\n\n"
-      "- The result **survives** means that every figure is within its limit.\n"
+      "- The result **survives** means that every measured value is within its limit.\n"
       "- The result **flawed** means that the force is finite, is within its limit, and stops the hand, but the model "
       "has a fault. A flawed model generates energy (more than 1 nJ), has force steps (0.25 N per tick more than "
-      "without "
-      "the "
+      "without the "
       "disturbance), or has a large error.\n"
       "- The result **falls** means that the force is not finite or exceeds its limit, or that the hand passes through "
       "the tissue or feels no force in the tissue.\n\n## The campaigns\n\n",
