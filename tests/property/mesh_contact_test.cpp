@@ -287,6 +287,32 @@ TEST(SurfacePoint, AgreesWithASearchOfAllFaces) {
   }
 }
 
+TEST(SurfacePoint, TheEngagedAreaOfAFollowingBallHasTheBitsOfASearchOfTheGrid) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  TissueMesh soup;
+  add_sheet(soup, {0, 0, 0}, {2e-3, 0, 0}, {0, 2e-3, 0}, 40, Tissue::kEnamel);
+  add_sheet(soup, {0, 0, 0}, {0, 2e-3, 0}, {0, 0, 2e-3}, 40, Tissue::kDentin);
+  TissueMesh mesh = welded(soup);
+  for (dvec3& p : mesh.vertices) p += 1e-5 * dvec3(unit(random), unit(random), unit(random));
+  const TriangleGrid grid(mesh, true);
+  SurfacePoint ball = point(0.6e-3);
+  ball.put_free({0.65e-3, 1e-3, 0.65e-3});
+  int compared = 0;
+  for (int i = 0; i < 200; ++i) {
+    ball.follow(grid, {0.5e-3, 1e-3 + 1e-6 * i, 0.5e-3}, true);
+    SurfacePoint fresh = point(0.6e-3);
+    fresh.put_free(ball.place());
+    const dvec3 way = glm::normalize(dvec3(-1, 0.1, -1));
+    const PerTissue area = ball.engaged_area(grid, way), expected = fresh.engaged_area(grid, way);
+    ASSERT_EQ(area, expected);
+    compared +=
+        area[static_cast<std::size_t>(Tissue::kEnamel)] > 0 && area[static_cast<std::size_t>(Tissue::kDentin)] > 0;
+    ball.sink_to(ball.place() + 2e-7 * way);
+  }
+  EXPECT_GT(compared, 100);
+}
+
 TEST(SurfacePoint, InsideIsDecidedByTheWindingNumber) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);

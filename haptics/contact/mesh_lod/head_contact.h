@@ -52,8 +52,8 @@ class HeadContact final : public SurfaceContact {
 
   vertex::VertexHead head_;
   dquat R_WT_{1, 0, 0, 0};
-  vertex::HeadFollower follower_{kMostPoints};
   vertex::HeadDistances distances_{kMostPoints};
+  vertex::HeadFollower follower_{distances_};
   mesh::NearPoints points_{kMostPoints};
   std::vector<Share> shares_;  // the area of each contact point
   // hash table from the position of a corner to the index of the contact point there

@@ -375,15 +375,32 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
 }
 
+/// Tests the collected faces if they include all faces near the ball. The areas are added in the order of the grid, so
+/// that the sum has the same bits with a search of the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();
-  grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) {
-    const Face& face = grid.face(i);
+  const auto across = [&](const Face& face) {
     const dvec3 off = (face.a + face.b + face.c) / 3.0 - c_;
-    const double across = -glm::dot(face.normal(), way) / 2;
-    if (across > 0 && glm::dot(off, off) <= within * within) area[static_cast<std::size_t>(face.tissue)] += across;
-  });
+    const double size = -glm::dot(face.normal(), way) / 2;
+    return size > 0 && glm::dot(off, off) <= within * within ? size : 0.0;
+  };
+  const auto add = [&](Tissue tissue, double size) { area[static_cast<std::size_t>(tissue)] += size; };
+  if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < kOnHead * radius()) {
+    grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) {
+      if (const double size = across(grid.face(i)); size > 0) add(grid.face(i).tissue, size);
+    });
+    return area;
+  }
+  std::size_t count = 0;
+  for (const std::uint32_t k : close_faces(grid, within)) {
+    const Face& face = grid.face(near_[k]);
+    if (const double size = across(face); size > 0) {
+      engaged_[count++] = {grid.order(near_[k], c_ - within), size, face.tissue};
+    }
+  }
+  std::ranges::sort(engaged_.begin(), engaged_.begin() + static_cast<std::ptrdiff_t>(count), {}, &Engaged::order);
+  for (std::size_t k = 0; k < count; ++k) add(engaged_[k].tissue, engaged_[k].across);
   return area;
 }
 

@@ -84,6 +84,13 @@ class SurfacePoint final : public SurfaceContact {
     OnFace at;
   };
   std::array<Edge, kMostNear> edges_;
+  // A face that touches or overlaps the ball.
+  struct Engaged {
+    std::uint64_t order = 0;  // rank of the face in a search of the grid
+    double across = 0;        // m², projected area
+    Tissue tissue = Tissue::kAir;
+  };
+  std::array<Engaged, kMostNear> engaged_;
   PlaneSet planes_;
   // Planes of the faces whose nearest point lies in their interior; these planes are first in the list. One array per
   // coordinate of the normal, and one for the distance from the centre.

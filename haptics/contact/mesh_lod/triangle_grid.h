@@ -60,6 +60,11 @@ class TriangleGrid {
   /// Calls use(index) once for every face whose box overlaps the box from lo to hi.
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
+  /// Returns a number that increases in the order in which for_near() with the corner `lo` reports faces.
+  std::uint64_t order(std::uint32_t i, const dvec3& lo) const noexcept {
+    const glm::ivec3 cell = glm::max(cell_of(boxes_[i].lo), cell_of(glm::vec3(lo - origin_)));
+    return std::uint64_t{index(cell)} << 32 | i;
+  }
 
   /// Bounding box of a face; metres, relative to origin().
   struct Box {

@@ -106,7 +106,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
 
 }  // namespace
 
-HeadDistances::HeadDistances(std::size_t most) {
+HeadDistances::HeadDistances(std::size_t most) : most_(most) {
   for (auto* column : {&x_, &y_, &z_, &distance_, &n_x_, &n_y_, &n_z_}) column->resize(most + kBatch);
   index_.resize(most + kBatch);
 }

@@ -22,6 +22,8 @@ class HeadDistances {
   void find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
             const Pose& X_WG, double far) noexcept;
 
+  /// Returns the largest number of points in one call.
+  std::size_t most() const noexcept { return most_; }
   std::size_t size() const noexcept { return size_; }
   /// Returns the points that were kept, as indices in `points`.
   std::span<const std::uint32_t> kept() const noexcept { return {index_.data(), size_}; }
@@ -32,7 +34,7 @@ class HeadDistances {
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
-  std::size_t size_ = 0;
+  std::size_t most_, size_ = 0;
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
   std::vector<double> distance_, n_x_, n_y_, n_z_;

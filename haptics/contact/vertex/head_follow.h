@@ -55,8 +55,9 @@ class HeadFollower {
     double push;          // m, distance by which the point holds the head back
   };
 
-  explicit HeadFollower(std::size_t most_points) : distances_(most_points) {
-    bounds_.reserve(most_points), points_.reserve(most_points);
+  /// `distances` is a buffer of the owner, which must exist as long as this object. follow() overwrites its contents.
+  explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
+    bounds_.reserve(distances.most()), points_.reserve(distances.most());
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position. Each
@@ -91,7 +92,7 @@ class HeadFollower {
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 
-  HeadDistances distances_;
+  HeadDistances& distances_;
   std::vector<StepBound> bounds_;      // bounds of the last iteration
   std::vector<std::uint32_t> points_;  // for each bound: index of its point
   ActivePlanes active_;

@@ -112,8 +112,8 @@ class VertexModel final : public ContactModel {
   Pose found_at_;
   bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
-  HeadFollower follower_{kMostSamples};
   HeadDistances distances_{kMostSamples};
+  HeadFollower follower_{distances_};
   std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
   RecentCuts<MadeCut> made_;
