@@ -79,6 +79,8 @@ class Sweep {
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
+  /// The due blocks of some parts (`parts`: one bit each) of the front, without lists.
+  bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// True if this patch contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Straight way_back() const noexcept {
