@@ -82,6 +82,8 @@ class Sweep {
   /// number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
+  /// Removes tissue from the due blocks of some parts of the front (`parts`: one bit for each part), without lists.
+  bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Straight way_back() const noexcept {

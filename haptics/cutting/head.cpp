@@ -31,6 +31,14 @@ struct HeadBlock {
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
   bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
   float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
+
+  /// Returns the address of the distance of a sample near the block's centre.
+  const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
+  /// Returns an upper bound of the depths in row (ix, iy).
+  float deepest(int ix, int iy) const {
+    return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
+           std::max((kDeep - 1) * bound_z, 0.0f);
+  }
 };
 
 /// Further results of carve_head_block().
@@ -278,27 +286,27 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  // kLook: the block is only examined, because the head recedes from the whole block
-  enum class Work { kNone, kLook, kRaise };
-  /// Fills `block` if a sample of the block can change while the head moves by `ahead`. Otherwise sets `slack` to the
-  /// smallest motion of the head after which a sample can change.
-  Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
+  /// Returns true if the samples of the block must be read to decide whether the head can change them on a path of
+  /// `ahead`; `block` is then the part of the block inside the target. Otherwise sets `slack` to the smallest motion of
+  /// the head after which a sample can change.
+  bool near(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
-    if (slack > std::max(ahead_, way)) return Work::kNone;
+    if (slack > std::max(ahead_, way)) return false;
     // If the head moves along its axis, samples above its end and beside its flank do not change
     // (Straight::still_above). The test uses the block's centre. Within a block, z and rho + z differ from the values
     // at the centre by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       slack = 0;
-      return Work::kNone;
+      return false;
     }
     slack = kNoEnd;
     // The block was deep inside the head at the other pose, where the tissue was already removed. So it is empty.
-    if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
+    if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
+    block.distance = target.distance, block.tissue = target.tissue;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
     block.at = inside.x * block.stride_x + inside.y * block.stride_y + inside.z;
     const int extent[3] = {kRows, kRows, kDeep};
@@ -308,10 +316,19 @@ class HeadPass {
       block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
       clipped |= block.to[i] - block.from[i] != extent[i];
     }
+    return true;
+  }
+
+  // kLook: the block is only examined, because the head recedes from the whole block
+  enum class Work { kNone, kLook, kRaise };
+  /// Completes a block for which near() returned true. Returns kNone and sets `slack` if no sample of the block can
+  /// change while the head moves by `ahead`.
+  Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
+    const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
     // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change by at
     // most one per voxel.
     if (!clipped) {
-      slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
+      slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
     }
     const MeridianPiece* const pieces = back_.pieces;
@@ -341,7 +358,6 @@ class HeadPass {
       block.beside =
           !recedes && back_.longest > kSlow && back_.still_above == kNoEnd && block.slowest < -0.5f * kTop + rounding_;
     }
-    block.distance = target.distance, block.tissue = target.tissue;
     block.first = blocks_[lane] - pose_.base;
     const float out = rho > 1e-6f ? seen_.n_rho[lane] / rho : 0;
     const float* const R = pose_.R;
@@ -381,6 +397,66 @@ class HeadPass {
   int lanes_ = 0;
 };
 
+/// Up to eight due blocks. Sweep::carve_due_blocks() calls look(), choose() and carve() in this order, so that the
+/// samples of one batch are loaded into the cache while another batch is computed.
+class HeadBatch {
+ public:
+  explicit HeadBatch(const HeadPass& none) : pass_(none) {}
+
+  /// Adds a block; `due` receives the path length at which it is due again. Returns true if the batch is full.
+  bool add(const glm::ivec3& block, float* due) {
+    due_[pass_.lanes()] = due;
+    return pass_.add(block);
+  }
+  void look(const HeadTarget& target) {
+    lanes_ = pass_.lanes();
+    if (lanes_ == 0) return;
+    pass_.look();
+    for (int lane = 0; lane < lanes_; ++lane) {
+      near_[lane] = pass_.near(lane, target, block_[lane], slack_[lane], clipped_[lane]);
+      if (near_[lane] && !clipped_[lane]) __builtin_prefetch(block_[lane].middle());
+    }
+  }
+  void choose() {
+    for (int lane = 0; lane < lanes_; ++lane) {
+      HeadBlock& block = block_[lane];
+      work_[lane] = near_[lane] ? pass_.what(lane, block, slack_[lane], clipped_[lane]) : HeadPass::Work::kNone;
+      if (work_[lane] == HeadPass::Work::kNone) continue;
+      for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
+        for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
+          if (block.deepest(ix, iy) < -Sweep::kMargin) continue;
+          __builtin_prefetch(block.distance + (block.at + ix * block.stride_x + iy * block.stride_y), 1);
+        }
+      }
+    }
+  }
+  /// Cuts the chosen blocks and stores when they are due again, `way` being the present path length. `again`: they are
+  /// due at once.
+  bool carve(PathMaxima& tops, float slip, float way, bool again) {
+    bool changed = false;
+    for (int lane = 0; lane < lanes_; ++lane) {
+      if (work_[lane] != HeadPass::Work::kNone) {
+        BlockSlack found{.ahead = slip};
+        changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
+                                    tops.removed, found);
+        slack_[lane] = clipped_[lane] ? 0 : found.slack;  // nothing is known about the rest of the block
+      }
+      *due_[lane] = again ? way : way + (slack_[lane] - slip);
+    }
+    lanes_ = 0;
+    return changed;
+  }
+
+ private:
+  HeadPass pass_;
+  int lanes_ = 0;
+  float* due_[8];
+  HeadBlock block_[8];
+  float slack_[8];
+  bool near_[8], clipped_[8];
+  HeadPass::Work work_[8];
+};
+
 /// Returns the kind (the set of pieces that can be nearest) of a group that spans two neighbouring blocks with the
 /// kinds `a` and `b`.
 int kind_of(int a, int b) {
@@ -413,7 +489,9 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         float block_slack;
         bool clipped;
         BlockSlack found;
-        const HeadPass::Work work = pass.what(lane, target, block, block_slack, clipped);
+        const HeadPass::Work work = pass.near(lane, target, block, block_slack, clipped)
+                                        ? pass.what(lane, block, block_slack, clipped)
+                                        : HeadPass::Work::kNone;
         const bool raise = work == HeadPass::Work::kRaise;
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
@@ -477,7 +555,9 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
             float slack;
             bool clipped;
             const int z = which[lane];
-            const HeadPass::Work work = pass.what(lane, target, block, slack, clipped);
+            const HeadPass::Work work = pass.near(lane, target, block, slack, clipped)
+                                            ? pass.what(lane, block, slack, clipped)
+                                            : HeadPass::Work::kNone;
             if (work != HeadPass::Work::kNone) {
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
@@ -489,7 +569,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
             // again at pose B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
-          if (k == 0 || !(ahead > 0)) continue;
+          if (k == 0) continue;
           for (int r = 0; r < kRows * kRows; ++r) {
             for (std::uint64_t rest = live[r]; rest != 0;) {
               const int z = std::countr_zero(rest);
@@ -522,6 +602,44 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
         }
       }
     }
+  }
+  return changed;
+}
+
+/// Carves the due blocks of some parts for a head that is too fast for lists. The samples of a large head are in no
+/// cache near the core, so the blocks pass through three stages, eight at a time. The first stage evaluates the blocks'
+/// positions and requests one sample of each block from memory. The second stage chooses the blocks that may change and
+/// requests their rows. The third stage cuts the rows.
+bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
+                             const HeadTarget& target) const noexcept {
+  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
+  const glm::ivec3 step(kRows, kRows, kDeep);
+  const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
+  bool changed = false;
+  for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
+    const Straight way_here =
+        k == 0 ? straight_way(X_VA_, X_VA_, tops.back.pieces, tops.back.count, reach_) : tops.back;
+    const HeadPass none(way_here, k > 0, reach_, slip);
+    HeadBatch batches[3] = {HeadBatch(none), HeadBatch(none), HeadBatch(none)};
+    int newest = 0;
+    const auto advance = [&] {
+      batches[newest].look(target);
+      batches[(newest + 2) % 3].choose();
+      HeadBatch& oldest = batches[(newest + 1) % 3];
+      changed |= oldest.carve(tops, slip, k == 0 ? -CutFront::kNever : way, k == 0);
+      newest = (newest + 1) % 3;
+    };
+    for (int x = first.x; x <= last.x; ++x) {
+      if (!(parts >> front.part_of(x) & 1)) continue;
+      for (int y = first.y; y <= last.y; ++y) {
+        float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
+        for (int z = first.z; z <= last.z; ++z) {
+          if (row[z] >= way) continue;
+          if (batches[newest].add((front.first_ + glm::ivec3(x, y, z)) * step, row + z)) advance();
+        }
+      }
+    }
+    for (int i = 0; i < 3; ++i) advance();
   }
   return changed;
 }
@@ -560,6 +678,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
+  unsigned unlisted = 0;  // parts without lists, one bit each
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (front.way_ <= groups.until && part != early) {
@@ -568,16 +687,23 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
       changed |= carve_listed_head(f, front.lanes_, removed);
       continue;
     }
+    groups.until = -1;
+    groups.count = 0;
+    if (!(ahead > 0)) {
+      unlisted |= 1u << part;
+      continue;
+    }
     const double lasts = ahead * ++anew;
     int listed = 0;
     changed |= carve_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
-    groups.until = -1;
-    groups.count = 0;
-    if (lasts > 0 && listed <= groups.room()) {
+    if (listed <= groups.room()) {
       groups.sort(listed);
       groups.until = front.way_ + lasts;
       groups.lasts = lasts;
     }
+  }
+  if (unlisted != 0) {
+    changed |= carve_due_blocks(front, unlisted, tops, {patch_lo, glm::ivec3(n), distance, n * n, n, tissue});
   }
   tops.carve();
   return changed || tops.changed;

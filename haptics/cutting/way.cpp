@@ -11,7 +11,6 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
-#include "haptics/cutting/advance.h"
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/label.h"
@@ -179,6 +178,9 @@ struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
   F8 rho;     // distance from the head's axis
+  // Mask of the centres from all samples of whose blocks the head recedes. Depth is concave along the path, so each
+  // sample is then deepest at the beginning of the path.
+  I8 recedes;
 
   /// Returns the pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
@@ -187,19 +189,6 @@ struct AtStart {
       set |= static_cast<unsigned>(to_piece[i][lane] <= std::abs(depth[lane]) + 2 * reach) << i;
     }
     return set;
-  }
-  /// Returns true if the head recedes from all samples of the block. Depth is concave along the path, so each sample is
-  /// then deepest at the beginning of the path. `rounding`: upper bound of the rounding error of the path's component
-  /// along a normal.
-  bool recedes(const Straight& way, int lane, float rounding) const {
-    const unsigned set = nearest_within(kHalf, lane, way.count);
-    const glm::vec3 p(at.x[lane], at.y[lane], at.z[lane]);
-    const float* const T = way.turn;
-    const glm::vec3 w((T[0] * p.x + T[3] * p.y) + (T[6] * p.z + way.shift[0]),
-                      (T[1] * p.x + T[4] * p.y) + (T[7] * p.z + way.shift[1]),
-                      (T[2] * p.x + T[5] * p.y) + (T[8] * p.z + way.shift[2]));
-    const MeridianPiece &first = way.pieces[std::countr_zero(set)], &last = way.pieces[std::bit_width(set) - 1];
-    return advance_beside(first, last, p, rho[lane], kHalf, w).slowest >= way.turned * kHalf + rounding;
   }
 };
 
@@ -212,10 +201,48 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
+/// Computes AtStart::recedes. As advance_beside() for eight centres at once, but only the smallest n·w. `rounding`:
+/// error of a normal's component of the path.
+TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
+  const float* const T = way.turn;
+  const F8 x = at.at.x, y = at.at.y, z = at.at.z, none = {};
+  const F8 wx = (T[0] * x + T[3] * y) + (T[6] * z + way.shift[0]),
+           wy = (T[1] * x + T[4] * y) + (T[7] * z + way.shift[1]),
+           wz = (T[2] * x + T[5] * y) + (T[8] * z + way.shift[2]);
+  // the normals at the ends of the neighbouring pieces that can be nearest to a sample of the block
+  const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
+  F8 first_x = none, first_z = none, last_x = none, last_z = none;
+  I8 from_axis = {};
+  for (int i = 0; i < way.count; ++i) {
+    const MeridianPiece& piece = way.pieces[i];
+    const I8 near = at.to_piece[i] <= within;
+    last_x = near ? eight::all(piece.nbx) : last_x, last_z = near ? eight::all(piece.nbz) : last_z;
+  }
+  for (int i = way.count - 1; i >= 0; --i) {
+    const MeridianPiece& piece = way.pieces[i];
+    const I8 near = at.to_piece[i] <= within;
+    first_x = near ? eight::all(piece.nax) : first_x, first_z = near ? eight::all(piece.naz) : first_z;
+    from_axis = near ? I8{} - (piece.ax == 0.0f) : from_axis;
+  }
+  const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
+  first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
+  // the smallest component of w away from the axis within kHalf of the centre
+  const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
+  const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
+  const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
+  const F8 round = around < 0.0f ? -around : around;
+  const I8 beside = (at.rho > kHalf) & (round * cosine > -radial * sine);
+  const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
+  const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
+  const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
+  const F8 approach = between ? eight::root(away * away + along * along) : ends;  // greatest, on the way back
+  return -approach >= way.turned * kHalf + rounding;
+}
+
 /// Computes the distance of each centre from each piece of the meridian. It is called only if a centre is not outside
 /// the head, because most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_pieces(const Straight* way_at, AtStart* found) {
+void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
     // The kernel assigns an arc's second end to the next piece, so the distance from this end is computed here.
@@ -223,6 +250,7 @@ void look_at_pieces(const Straight* way_at, AtStart* found) {
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
+  found->recedes = receding(way, *found, rounding);
 }
 
 /// Returns the smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample
@@ -535,9 +563,9 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
             continue;
           }
         }
-        if (!pieces_seen) look_at_pieces(&way, &at);
+        if (!pieces_seen) look_at_pieces(&way, &at, rounding);
         pieces_seen = true;
-        if (cut_before && laws_ >= 5 && at.recedes(way, lane, rounding)) continue;
+        if (cut_before && laws_ >= 5 && at.recedes[lane]) continue;
         blocks[lanes] = block_at(begun[lane]);
         blocks[lanes].due = due[lane];
         blocks[lanes].set = at.nearest_within(kHalf + way.longest + kBesideSlip, lane, way.count);

@@ -30,6 +30,8 @@ struct BenchPart {
   /// Writes the part's rows as a separate page; null: the rows are a section of the common page.
   void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                      const std::string& machine) = nullptr;
+  /// Returns the table of the part's section, in Markdown; null: one line per row, with all columns.
+  std::string (*table)(const std::vector<BenchRow>& rows) = nullptr;
 };
 
 std::span<const BenchPart> bench_parts();

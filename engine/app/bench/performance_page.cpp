@@ -136,7 +136,7 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
         page += fmt::format("![{}: {} against {}]({}/{})\n\n", plot.title, plot.y_label, plot.x_label, folder, name);
       }
     }
-    page += table(m.rows);
+    page += m.part->table ? m.part->table(m.rows) : table(m.rows);
   }
   write_file_atomically(file, page);
 }
