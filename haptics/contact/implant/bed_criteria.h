@@ -13,8 +13,8 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// `can_begin`: the tool can drill this bone and touches it with its tip. If criterion (4) is met, but another criterion
-/// is not, such a tool starts a new bed.
+/// `can_begin`: the tool can drill this bone and touches it with its tip. If criterion (4) is met, but another
+/// criterion is not, such a tool starts a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;
