@@ -39,11 +39,12 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
-  now.unlimited = glm::length(now.force);
+  now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
   // Limits the force change of a head that lands, also in its own cut, after a fall from a rim or through soft tissue.
   // The limit does not include the vibration, which the hand should feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
-  if (now.in.cuts && !now.in.scrapes && (goes_on || lands(now))) {
+  const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
+  if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
     const dvec3 change = force_change(now);
     const double size = glm::length(change);
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
@@ -132,9 +133,14 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
 /// little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction rises to 1:
 /// otherwise a hand at rest would neither cut nor give the ledger any energy, and the force would stay small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
-  const double left = lands(now) && now.unlimited > 0 ? std::min(1.0, glm::length(now.force) / now.unlimited) : 1;
   double& rest = coupling.unfelt_for;
-  rest = now.touching() ? std::clamp(rest + (left < P::little_felt ? now.dt : -now.dt), 0.0, 2 * P::rest_time) : 0;
+  coupling.teeth_fraction = 1;
+  if (!now.touching()) {
+    rest = 0;
+    return;
+  }
+  const double left = lands(now) && now.unlimited > 0 ? std::min(1.0, glm::length(now.force) / now.unlimited) : 1;
+  rest = std::clamp(rest + (left < P::little_felt ? now.dt : -now.dt), 0.0, 2 * P::rest_time);
   coupling.teeth_fraction = std::max(left, std::clamp(rest / P::rest_time - 1, 0.0, 1.0));
 }
 
@@ -160,9 +166,12 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
-    const double guard = at_stake > 0 ? std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0) : 1.0;
-    const double landing = lands(now) ? landing_fraction(now, at_stake) : paid_fraction(now);
-    const double passive = std::min(guard, landing);
+    const bool landing = lands(now);
+    double passive = landing ? 1 : paid_fraction(now);
+    if (at_stake > 0) {
+      if (landing) passive = landing_fraction(now, at_stake);
+      passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
+    }
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }

@@ -225,9 +225,8 @@ TEST_F(Recordings, ARecordingThatResumesFromItselfIsRefused) {
 
 TEST_F(Recordings, AFileSizeLimitEndsTheRecordingButNotTheSession) {
   const Ran ran = folder.run(
-      fmt::format(
-          "run {0}/scene.json --hand script:{0}/hand.csv --seconds 1.5 --audio none: --record {0}/live.h5 --json",
-          at()),
+      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --seconds 3 --audio none: --record {0}/live.h5 --json",
+                  at()),
       "ulimit -f 400; env -u DISPLAY -u WAYLAND_DISPLAY");
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("File too large"));

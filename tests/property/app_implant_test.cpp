@@ -163,7 +163,7 @@ TEST(ImplantScenes, AnotherManufacturersSetIsAFolderOfFiles) {
 struct Done {
   session::ImplantMeasures measures;
   std::string gave_up;
-  double largest_switch_step = 0;  // N, beyond the hand's own way
+  double largest_switch_step = 0;  // N, along or across the tool's axis, beyond the change by the hand's own motion
 };
 /// The expert in a scene, without the coupling's damper: what that adds changes with the hand's speed, not with a
 /// switch.
@@ -185,7 +185,9 @@ Done expert_in(nlohmann::ordered_json json, double rate) {
     meter.add({&tick, 1});
     if ((tick.level == 0) != (last.level == 0) && tick.index > 0) {
       const double own = settings.stiffness * glm::length(tick.X_WT.p - last.X_WT.p);
-      done.largest_switch_step = std::max(done.largest_switch_step, glm::length(tick.f_T_W - last.f_T_W) - own);
+      const dvec3 change = tick.f_T_W - last.f_T_W, axis = tick.X_WT.R * dvec3(0, 0, 1);
+      const double along = glm::dot(change, axis), across = glm::length(change - along * axis);
+      done.largest_switch_step = std::max({done.largest_switch_step, std::abs(along) - own, across - own});
     }
     last = tick;
   }
