@@ -22,7 +22,7 @@ struct ArmReading {
 /// towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
-  dvec3 origin{0.220, 0, 0.080};                     // m, origin of H relative to the foot of the arm
+  dvec3 origin{0.220, 0, 0.080};                     // m, origin of the device's frame H, from the arm's foot
   std::array<double, 6> offset{};                    // rad, offsets of the encoders of A to F
   std::array<double, 3> scale{1, 1, 1};              // scale factors of the encoders of A, B, C
   dvec3 tip_S{0.12, 0, 0};  // m, position of the stylus tip relative to the wrist's centre; x points along the stylus

@@ -104,7 +104,7 @@ class Servo {
   /// Starts the end of a session: the force falls to zero within ramp_time.
   void ramp_out() noexcept;
 
-  /// Returns the snapshot in use.
+  /// Returns the tissue snapshot that the servo uses at present.
   const Snapshot& snapshot() const noexcept;
 
   /// Returns the soft tissue, or null if the settings contain none. Servo thread.

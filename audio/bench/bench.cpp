@@ -87,7 +87,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const ArModel model = truncated(best.model, static_cast<std::size_t>(order));
     const std::string knob = "order " + std::to_string(order);
 
-    // Compares the spectrum for each order with the recording's spectrum.
+    // Compares the spectrum of a model of this order with the recording's spectrum.
     const std::size_t points = 2 * best.frequencies.size();  // samples in a segment of the recording's Welch spectrum
     const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;

@@ -77,7 +77,7 @@ class Writing {
  private:
   static std::string shown(const Hud& hud, glm::ivec2 place);
 
-  std::string shown_;  // text of the panels, for comparison
+  std::string shown_;  // text that the panels show; they are drawn again if the text changes
   std::vector<Panel> panels_;
 };
 

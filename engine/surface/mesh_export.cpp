@@ -113,7 +113,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
   };
   constexpr std::uint32_t kNone = 0xffffffff;
   std::map<glm::ivec3, std::vector<std::uint32_t>, Less>
-      number;  // for each brick that owns vertices: the number of each of its points
+      number;  // for each brick: the index of each of its points in the exported mesh
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {

@@ -12,8 +12,8 @@ namespace typodont::haptics::bench {
 
 class OffsetMesh {
  public:
-  /// Makes a ball at the origin: an icosahedron whose triangles are divided into four `subdivisions` times. Set-up
-  /// time.
+  /// Makes a ball at the origin: starts with an icosahedron, and divides each triangle into four. This division is
+  /// repeated `subdivisions` times. Call only at set-up.
   OffsetMesh(double radius, int subdivisions);
   std::size_t triangles() const { return grid_.size(); }
 

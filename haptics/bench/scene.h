@@ -35,7 +35,7 @@ class OtherThread {
   OtherThread(const OtherThread&) = delete;
   OtherThread& operator=(const OtherThread&) = delete;
 
-  /// Runs `work` on the other thread and waits until it has finished.
+  /// Runs `work` on this object's thread and waits until `work` has finished.
   void run(std::function<void()> work);
 
  private:

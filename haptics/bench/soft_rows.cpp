@@ -17,7 +17,8 @@ std::shared_ptr<const SoftSurface> layer() {
                                              [](const dvec3& p) { return p.z; });
 }
 
-/// Returns the times, in ns, of the ticks of the layer alone. The tool presses 0.6 mm deep and slides on a circle.
+/// Returns the time, in ns, that the soft layer alone needs in each tick. The tool presses 0.6 mm deep and slides on a
+/// circle.
 std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, int ticks) {
   const std::vector<Tool> tools{tool};
   const auto surface = layer();

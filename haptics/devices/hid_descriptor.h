@@ -16,7 +16,8 @@ struct HidField {
   std::int32_t minimum = 0, maximum = 0;  // range of the value
 };
 
-/// Returns all variable input fields in order. Any input is allowed: parsing stops at the first invalid item.
+/// Returns all variable input fields in order. The descriptor may contain any bytes: parsing stops at the first invalid
+/// item.
 std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor);
 
 /// Returns the value of a field in a report, or no value if the report does not contain the field. If the device uses

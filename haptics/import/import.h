@@ -128,7 +128,7 @@ struct ImportReport {
 struct Imported {
   DenseTissue tissue;
   ImportReport report;
-  // Grey values of the scan at the same voxels, for pictures. Empty for a mesh or if they were not requested.
+  // Grey values of the scan at the voxels of `tissue`, for pictures. Empty for a mesh or if they were not requested.
   std::vector<float> grey;
 };
 

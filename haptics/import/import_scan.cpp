@@ -180,8 +180,8 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // The surface lies halfway between the surroundings and the adjacent tissue. This tissue can be anything from
-  // cancellous bone to metal.
+  // The grey value at the surface is the mean of the grey values of the surroundings and of the adjacent tissue. The
+  // adjacent tissue can be anything from cancellous bone to metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (!greys.jaw.has_enamel) greys.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");

@@ -7,7 +7,7 @@ namespace typodont {
 
 /// One answered trial: the difference between the stimuli, and the stimulus that the subject judged to be greater.
 struct Judgement {
-  double difference = 0;  // second − first, in the experiment's unit (percent of the reference, or ms)
+  double difference = 0;  // second stimulus minus first stimulus, in percent of the reference or in ms
   bool second = false;    // true: the subject judged the second stimulus to be greater
 };
 

@@ -76,7 +76,7 @@ struct Lead {
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
-/// Parameters for joining the planned strokes to a sequence of steps (ExpertLeg).
+/// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
                           // cosines of the angle between two strokes; above straight_on, the hand keeps its full speed

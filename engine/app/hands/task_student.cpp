@@ -20,16 +20,18 @@ constexpr double kClear = 0.05;
 // voxels, the same tolerance for a head that fits the ideal exactly, for example a reamer
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
-constexpr double kLayer = 0.5;    // ratio to the head's diameter: distance between two layers of strokes in the bulk
-constexpr double kRow = 0.6;      // ratio to the head's diameter: distance between two rows of strokes in a layer
+constexpr double kLayer =
+    0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
+constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
 // m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
-constexpr double kLeastFlat = 0.1e-6;  // m², threshold: the walls of a floor with a smaller area get no pass
-constexpr double kFlatShare = 0.02;    // threshold of a floor's area, as a fraction of the head's cross-section
+// m², threshold: if the cavity's floor is smaller, the tool makes no pass along its walls
+constexpr double kLeastFlat = 0.1e-6;
+constexpr double kFlatShare = 0.02;  // threshold of a floor's area, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;     // voxels, threshold: tissue that is thinner than this gets no pass
+constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is planned for thinner tissue
 // m, tolerance: a point of a path that is nearer than this to the line between its neighbours is omitted
 constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
@@ -599,7 +601,7 @@ class StrokePlanner {
   }
 
   const double size_;         // ratio of the work's size to the size of a tooth
-  const double least_taken_;  // voxels, threshold: tissue that is thinner than this gets no pass
+  const double least_taken_;  // voxels, threshold: no stroke is planned for thinner tissue
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;

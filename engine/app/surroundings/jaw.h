@@ -35,7 +35,7 @@ class Jaw {
   double cheek(const Place& p) const;
   double lip(const Place& p) const;
   double face(const Place& p) const;
-  double rim(const Place& p) const;  // m, height of the rim of cheek and lip, in the frame of the row
+  double rim(const Place& p) const;  // m, height of the edge of cheek and lip in the row's frame
 
   dvec3 to_row(const dvec3& p_W) const {
     return {glm::dot(p_W, plan_.arch), glm::dot(p_W, across_), glm::dot(p_W, plan_.crown)};

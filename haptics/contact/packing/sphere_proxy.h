@@ -121,7 +121,8 @@ class SphereProxy {
     double moved = 0;
     double protrudes = 0;  // m, largest protrusion that end_notes() adds to `moved`
     double free = 0;       // m, distance to the nearest sphere when the list was made; negative if it overlaps
-    double wider = 0;      // m, part of the margin for near_here(); negative: the list has no room for it
+    // m, distance by which near_here() may enlarge the tool sphere without a new list; negative: the list is too short
+    double wider = 0;
     std::size_t count = 0;
     int refused = 0;  // number of searches until the list is made again; used after the list was too long
   };
@@ -165,7 +166,7 @@ class SphereProxy {
   std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
   std::vector<int> found_;                   // indices of the spheres that one search found
   std::vector<double> found_gaps_;           // m, gaps of the spheres in found_
-  std::vector<double> sorted_gaps_;          // m, the same gaps, partly sorted
+  std::vector<double> sorted_gaps_;          // m, copy of found_gaps_, partly sorted
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
   double protrudes_ = 0;                     // m, largest small protrusion since end_notes()

@@ -12,7 +12,7 @@ struct FlatPiece {
   float ax, az, bx, bz, dx, dz, inverse2;
   float cx, cz, radius;
   float ux, uz, wx, wz;  // vectors from the centre of an arc to its two ends
-  float nx, nz;          // outward normal of a straight piece
+  float nx, nz;          // outward normal of the piece if it is a line
 };
 
 /// Result of one contact search.
