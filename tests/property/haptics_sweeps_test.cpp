@@ -134,6 +134,7 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
 TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByFewHundredthsOfAVoxel) {
   constexpr std::uint32_t kLaws[] = {4, 5, 9};
   constexpr float kApart[] = {0, 0.0125f, 0.0325f};  // voxels, largest difference of a sample to the first version
+  constexpr double kUnequal[] = {0, 1e-3, 2e-3};     // largest relative difference of the removed volume
   constexpr std::size_t kCount = std::size(kLaws);
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
@@ -170,7 +171,7 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
         for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
           apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[k].distance[i])));
         EXPECT_LT(apart, kApart[k]) << static_cast<int>(shape) << ", seed " << seed << ", laws " << kLaws[k];
-        EXPECT_NEAR(taken[k] / taken[0], 1, 1e-3) << static_cast<int>(shape) << ", seed " << seed;
+        EXPECT_NEAR(taken[k] / taken[0], 1, kUnequal[k]) << static_cast<int>(shape) << ", seed " << seed;
       }
     }
   }
