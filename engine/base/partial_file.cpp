@@ -198,6 +198,9 @@ void PartialFile::check_target() {
     std::error_code code;
     target_ = fs::canonical(file_, code);
     if (code) refuse(code.message(), "a link to a file");
+    // The content of a text file does not show its kind: any text could be a table. So the target's name must show it.
+    if (!endings_of(kind_).empty() && kind_of_name(target_, std::array{kind_}) != kind_)
+      refuse(fmt::format("a link to {}", target_.string()), fmt::format("a link to {}", name_of(kind_)));
   }
   if (over_ == Over::kNoInput) {
     if (const auto input = input_that_is(target_)) {

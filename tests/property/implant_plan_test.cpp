@@ -57,7 +57,7 @@ session::ImplantPlan upright(const ImplantProcedure& procedure, const dvec3& ent
 std::string error_of(const PlannedExercise& exercise, const fs::path& file) {
   Progress unwatched;
   try {
-    write_planned_exercise(exercise, file, unwatched);
+    write_planned_exercise(exercise, file, Over::kItsInput, unwatched);
   } catch (const Error& e) {
     return e.what();
   }
@@ -102,6 +102,10 @@ TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
   const session::ImplantPlan plan = upright(procedure, {20, 12, 22});
   const fs::path file = fresh_folder("implant_plan_site") / "site.json";
   ASSERT_EQ(error_of({"site", &scanned(), procedure, plan}, file), "accepted");
+  // The jaw itself is never replaced by its part around the implant.
+  const fs::path jaw = volume_file(scanned().scene());
+  EXPECT_NE(error_of({"jaw", &scanned(), procedure, plan}, fs::path(jaw).replace_extension(".json")).find("the jaw"),
+            std::string::npos);
   const Scene scene = read_scene(file);
   ASSERT_TRUE(scene.implant);
   EXPECT_EQ(scene.implant->phases.size(), 14u);

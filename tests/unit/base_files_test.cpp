@@ -224,6 +224,11 @@ TEST_F(Outputs, FollowALinkToAFileAndRefuseADanglingLink) {
   EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
   EXPECT_EQ(text_of(file), "new");
   EXPECT_FALSE(fs::is_symlink(file));
+  const fs::path accounts = write("far/accounts", "root:x:0:0\n");  // plain text, but no table
+  fs::create_symlink("far/accounts", folder / "link.csv");
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "link.csv", "a,b\n", FileKind::kTable); }),
+              AllOf(HasSubstr("a link to "), HasSubstr("expected a link to a table (.csv)")));
+  EXPECT_EQ(text_of(accounts), "root:x:0:0\n");
   fs::create_symlink("nowhere", folder / "dangling.txt");
   EXPECT_THAT(message_of([&] { put(folder / "dangling.txt", "new"); }), HasSubstr("a link that leads to no file"));
   EXPECT_FALSE(fs::exists(folder / "nowhere"));

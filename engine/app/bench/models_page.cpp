@@ -413,7 +413,7 @@ page does not show.
     page += fmt::format("\n## {}\n\n{}\n\n", tabled.question.title, tabled.question.text);
     page += table_of(figures, tabled.question, tabled.cell);
   }
-  write_file_atomically(file, wrapped(page));
+  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
 }
 
 }  // namespace typodont

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "engine/base/error.h"
+#include "engine/base/input_file.h"
+#include "engine/base/partial_file.h"
+
 namespace typodont {
 namespace {
 
@@ -49,6 +53,16 @@ std::string wrapped(std::string_view page) {
     page.remove_prefix(std::min(end + 1, page.size()));
   }
   return out;
+}
+
+void require_page(const std::filesystem::path& file) {
+  if (file.extension() != ".md") throw Error("--page", "", file.string(), "the name of a page (.md)");
+  require_output(file, FileKind::kText);
+  std::error_code missing;
+  if (!std::filesystem::is_regular_file(file, missing)) return;
+  std::string line;
+  if (LineReader(file, InputKind::kAny).next(line) && !line.starts_with("# "))
+    throw Error(file.string(), "", "a file of another kind", "a page of the benchmark, or no file");
 }
 
 }  // namespace typodont

@@ -1,6 +1,7 @@
 // Text layout of the pages that the benchmark writes.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -9,5 +10,10 @@ namespace typodont {
 /// Breaks the lines of a Markdown page after at most 120 characters, at spaces. The further lines of a list item are
 /// indented by two spaces. Tables, headings, pictures and code blocks stay as they are.
 std::string wrapped(std::string_view page);
+
+/// Throws Error if `file` may not be written as a Markdown page: the name must end with .md, and an existing file must
+/// be empty or begin with a heading, as the pages of the benchmark do. The file then counts as an input that is written
+/// back.
+void require_page(const std::filesystem::path& file);
 
 }  // namespace typodont

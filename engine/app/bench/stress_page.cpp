@@ -160,7 +160,6 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
 
 void write_stress_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                        const std::string& machine) {
-  if (file.extension() != ".md") throw Error("--page", "", file.string(), "the name of a page (.md)");
   const std::filesystem::path folder = std::filesystem::path(file).replace_extension();
   std::filesystem::create_directories(folder);
   const std::vector<SurvivalCell> cells = survival_of(rows);
@@ -218,7 +217,7 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
     }
     page += "\n";
   }
-  write_file_atomically(file, wrapped(page));
+  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
 }
 
 }  // namespace typodont

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/app/bench/page_text.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/bench/performance_page.h"
 #include "engine/app/commands/command_line.h"
@@ -172,6 +173,7 @@ haptics::SharedContactMethod chosen_method(const Options& options) {
 
 void run(const Options& options) {
   const BenchRun asked{options.quick, chosen_method(options)};
+  if (!options.page.empty()) require_page(options.page);
   std::map<std::string, std::vector<BenchRow>> kept;
   if (!options.keep.empty()) kept = stored_rows(options.keep);
   std::vector<MeasuredPart> measured;

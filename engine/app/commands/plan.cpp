@@ -103,6 +103,7 @@ void run(const Options& options) {
   Progress progress("plan");
   const bool volume = options.input.ends_with(".vdb");
   Scene scene = volume ? scene_of_volume(options.input) : read_scene(options.input);
+  if (!options.out.empty()) require_planned_exercise(scene, options.out, Over::kNoInput);
   if (!options.bone_class.empty()) scene = with_bone_class(scene, options.bone_class);
   const ImplantPlanner planner(scene);
   progress.at(0.4);
@@ -123,7 +124,8 @@ void run(const Options& options) {
     render::write_png(options.preview, preview_of(planner, plan, options.width_mm * kMillimetre));
   progress.stage("plan", 0.7, 1);
   if (!options.out.empty())
-    write_planned_exercise({fs::path(options.out).stem().string(), &planner, procedure, plan}, options.out, progress);
+    write_planned_exercise({fs::path(options.out).stem().string(), &planner, procedure, plan}, options.out,
+                           Over::kNoInput, progress);
   progress.at(1);
 
   if (options.json) {

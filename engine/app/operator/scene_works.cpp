@@ -176,7 +176,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
         std::error_code code;
         fs::create_directories(folder, code);
         if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
-        write_planned_exercise({name, planner.get(), procedure, plan}, file, progress);
+        write_planned_exercise({name, planner.get(), procedure, plan}, file, Over::kItsInput, progress);
         return file;
       },
       [&s] { s.page = Page::kStart; });

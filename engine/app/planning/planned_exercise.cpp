@@ -92,17 +92,34 @@ Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   return made;
 }
 
+fs::path volume_beside(const fs::path& file) {
+  return fs::path(file).replace_extension(".vdb");
+}
+
 }  // namespace
 
-void write_planned_exercise(const PlannedExercise& exercise, const fs::path& file, Progress& progress) {
+void require_planned_exercise(const Scene& scene, const fs::path& file, Over over) {
+  require_output(file, FileKind::kJson, over);
+  const fs::path source = volume_file(scene);
+  if (source.empty()) return;
+  const fs::path site = volume_beside(file);
+  std::error_code missing;
+  if (fs::equivalent(source, site, missing))
+    throw Error(file.string(), "", "a name whose volume " + site.filename().string() + " is the jaw itself",
+                "another name, because the tissue of the site is written beside the exercise");
+  require_output(site, FileKind::kVolume, over);
+}
+
+void write_planned_exercise(const PlannedExercise& exercise, const fs::path& file, Over over, Progress& progress) {
   const ImplantPlanner& planner = *exercise.planner;
   const Scene& base = planner.scene();
+  require_planned_exercise(base, file, over);
   session::ImplantPlan plan = exercise.plan;
   NerveCanal canal = planner.canal_near(plan);
   Text scene = {{"name", exercise.name}};
   const bool cut_out = !volume_file(base).empty();
   const dvec3 move = cut_out ? kPlatform - plan.entry_W : dvec3(0);
-  const fs::path volume_name = fs::path(file.filename()).replace_extension(".vdb");
+  const fs::path volume_name = volume_beside(file).filename();
   const Text base_text = scene_for_other_folder(base);
   scene["description"] = fmt::format("{}; {}", base_text.value("description", base.name), exercise.procedure.name);
   if (cut_out) {
@@ -156,11 +173,11 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   std::optional<haptics::TissueVolume> site;
   if (cut_out) site.emplace(site_of(planner.volume(), exercise.plan, move));
   check_plan(*parsed.implant, site ? *site : planner.volume(), file);
-  PartialFile made(file, FileKind::kJson, Over::kItsInput);
+  PartialFile made(file, FileKind::kJson, over);
   write_file_atomically(made.path(), text, FileKind::kJson);
   std::optional<PartialFile> volume;
   if (site) {
-    volume.emplace(file.parent_path() / volume_name, FileKind::kVolume, Over::kItsInput);
+    volume.emplace(volume_beside(file), FileKind::kVolume, over);
     site->save(volume->path());
   }
   progress.at(1);

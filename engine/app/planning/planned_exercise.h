@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/app/planning/implant_planner.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
 
 namespace typodont {
@@ -20,8 +21,12 @@ struct PlannedExercise {
 /// Writes the scene `file` after checking it as a session would do. If the tissue is a volume, the part within 15 mm
 /// around the implant is copied, with voxels of at most 0.15 mm. The copy is moved so that the planned platform is at
 /// the point that the rigs show, and written beside the scene with the extension .vdb. Other tissue stays as the
-/// planner's scene defines it. Replaces only files that it has written earlier. Throws Error (also if the implant
-/// leaves the bone) or Cancelled; then nothing has changed.
-void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Progress& progress);
+/// planner's scene defines it. `over` states whether files that this process has read may be replaced; the planner's
+/// own volume is never replaced. Throws Error (also if the implant leaves the bone) or Cancelled; then nothing has
+/// changed.
+void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,
+                            Progress& progress);
+/// Throws the Error that write_planned_exercise() would throw if it may not write its files.
+void require_planned_exercise(const Scene& scene, const std::filesystem::path& file, Over over);
 
 }  // namespace typodont
