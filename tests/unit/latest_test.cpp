@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <stop_token>
@@ -103,7 +104,7 @@ TEST(Latest, ASlotBelongsToOneThreadWhenSlotsAreReturned) {
   std::jthread writer([&] {
     for (std::uint64_t i = 1; i <= kLast; ++i) {
       if (i % 3) latest.take_returned();
-      latest.back().words.fill(i);
+      std::ranges::fill(latest.back().words, i);
       latest.publish();
     }
   });
@@ -115,7 +116,8 @@ TEST(Latest, ASlotBelongsToOneThreadWhenSlotsAreReturned) {
     for (const auto w : block.words) ASSERT_EQ(w, block.words[0]);
     ASSERT_GT(block.words[0], seen);
     seen = block.words[0];
-    latest.front().words.fill(0);  // the reader may change its value, as the servo does when it adopts a patch
+    // The reader may change its value, as the servo does when it adopts a patch.
+    std::ranges::fill(latest.front().words, 0);
   }
 }
 
