@@ -9,6 +9,7 @@ constexpr Nanos kPatience = 5'000'000;  // ns, longest wait of the servo; a cutt
 }  // namespace
 
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
+  way_.take_returned();
   Snapshot& fresh = *way_.back();
   carver.take_snapshot(center_W, fresh);
   offered_ = fresh.number;
@@ -34,15 +35,15 @@ bool PatchExchange::keep_up(Carver& carver, std::uint32_t held) {
 }
 
 Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept {
+  if (adopted_) way_.hand_back();
+  adopted_ = false;
   while (way_.fetch()) {
     Snapshot& fresh = *way_.front();
-    if (held.number == 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held)) {
-      waiting_since_ = 0;
-      return &fresh;
-    }
+    const bool complete = held.number == 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held);
     if (waiting_since_ == 0) waiting_since_ = t;
-    if (t - waiting_since_ >= kPatience) {
+    if (complete || t - waiting_since_ >= kPatience) {
       waiting_since_ = 0;
+      adopted_ = true;
       return &fresh;
     }
     if (way_.give_back()) break;  // otherwise a newer patch has arrived meanwhile, and the loop examines it

@@ -25,8 +25,9 @@ class PatchExchange {
   bool keep_up(Carver& carver, std::uint32_t held);
 
   // Function for the servo thread.
-  /// Returns the patch that the servo should adopt now, or null. `cuts`: number of cuts so far; `t`: time of any steady
-  /// clock, ns.
+  /// Returns the patch that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`: time of any steady
+  /// clock, ns. After adopt() the returned object contains the servo's previous patch. The next call gives it to the
+  /// carver, which copies its next patch into it: of all patches, it lacks the fewest samples.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
@@ -46,6 +47,7 @@ class PatchExchange {
   Tissue offered_tissue_, held_tissue_;
   // Members used by the servo thread.
   alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the servo began to wait; 0: it does not wait
+  bool adopted_ = false;                 // true: the last call of take() returned a patch
 };
 
 }  // namespace typodont::haptics

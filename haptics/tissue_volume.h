@@ -105,11 +105,11 @@ class TissueVolume {
   /// Returns the box of the n-th samples that may have changed after writes within the box `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
-  /// Result of a removal: the bounding box of its writes, and the keys of the blocks (see solid_block()) in which
+  /// Result of a removal: the bounding box of its writes, and the samples (see solid_block()) of the blocks in which
   /// tissue may have become air.
   struct Carved {
     VoxelBox box;
-    std::vector<glm::ivec3> blocks;
+    std::vector<BlockPart> blocks;
   };
   /// Removes the tissue inside the swept head: each distance becomes the larger of itself and the depth below the
   /// head's surface. Labels do not change, except where a filling was removed.

@@ -34,6 +34,13 @@ class Latest {
     publish();
   }
 
+  /// If the reader has returned a slot (hand_back), takes it as back(). Otherwise does nothing.
+  void take_returned() noexcept {
+    std::uint8_t there = middle_.load(std::memory_order_relaxed);
+    if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {
+      back_ = there & kIndex;
+    }
+  }
   /// Takes back the value that was published last, so that the writer can change it in back(). Returns false if the
   /// reader has already fetched this value.
   bool take_back() noexcept {
@@ -65,14 +72,24 @@ class Latest {
                                                              std::memory_order_acq_rel)) {
       return false;
     }
-    front_ = there;
+    front_ = there & kIndex;
     return true;
+  }
+  /// Returns the slot of front() to the writer, which can take it at once (take_returned). front() is then another
+  /// slot, with an older value. Does nothing if the writer has published a new value meanwhile.
+  void hand_back() noexcept {
+    std::uint8_t there = middle_.load(std::memory_order_relaxed);
+    if (!(there & kFresh) && middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kReturned),
+                                                             std::memory_order_acq_rel)) {
+      front_ = there & kIndex;
+    }
   }
   T& front() noexcept { return slots_[front_]; }
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  static constexpr std::uint8_t kIndex = 3, kFresh = 4;
+  // Bits of middle_: the index of its slot, and whether the slot contains a new value or was returned by the reader.
+  static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};
   alignas(64) std::atomic<std::uint8_t> middle_{1};

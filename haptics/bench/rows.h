@@ -37,8 +37,8 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
 /// Adds rows for sliding and drilling hands with several voxel sizes. They contain the mean time per tick of the whole
-/// process (servo, carver, transfer of patches) and of the servo alone, and quantiles and a histogram of the servo's
-/// time. The means include work that is done only once in many ticks.
+/// process (servo, carver, transfer of patches as in LockStep and as in a session) and of the servo alone, and
+/// quantiles and a histogram of the servo's time. The means include work that is done only once in many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for a stroke of a ball along the surface, in steps. They contain the error of the removed volume and the

@@ -25,34 +25,45 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   }
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius), zero = all(0.0f);
   const Floats inner = all(Sweep::kInner), never = all(1e9f);
-  Floats least_slack = never;
-  Mask raised = nowhere(), emptied = nowhere();
-  for (int x = 0; x < n; ++x) {
-    const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;
-    const Floats along_x = all(px * c.abx), apart_x = all(capsule ? px : qx * qx);
-    for (int i = 0; i < n * n; i += kLanes, distance += kLanes) {
-      const Floats dot = (along_x + load(plane.along_y + i)) + load(plane.along_z + i);
-      Floats d2;
-      if constexpr (capsule) {
-        const Floats s = lesser(greater(dot * all(c.inverse_length2), zero), all(1.0f));
-        const Floats dx = apart_x - s * all(c.abx), dy = load(plane.apart_y + i) - s * all(c.aby),
-                     dz = load(plane.apart_z + i) - s * all(c.abz);
-        d2 = dx * dx + dy * dy + dz * dz;
-      } else {
-        d2 = (apart_x + load(plane.apart_y + i)) + load(plane.apart_z + i);
+  // Calls visit(position of the first sample, depths, mask of the samples ahead of A) for all samples, kLanes at a
+  // time.
+  const auto for_each = [&](const auto& visit) __attribute__((always_inline)) {
+    for (int x = 0; x < n; ++x) {
+      const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;
+      const Floats along_x = all(px * c.abx), apart_x = all(capsule ? px : qx * qx);
+      for (int i = 0; i < n * n; i += kLanes) {
+        const Floats dot = (along_x + load(plane.along_y + i)) + load(plane.along_z + i);
+        Floats d2;
+        if constexpr (capsule) {
+          const Floats s = lesser(greater(dot * all(c.inverse_length2), zero), all(1.0f));
+          const Floats dx = apart_x - s * all(c.abx), dy = load(plane.apart_y + i) - s * all(c.aby),
+                       dz = load(plane.apart_z + i) - s * all(c.abz);
+          d2 = dx * dx + dy * dy + dz * dz;
+        } else {
+          d2 = (apart_x + load(plane.apart_y + i)) + load(plane.apart_z + i);
+        }
+        visit(distance + x * n * n + i, lesser(radius - root(d2), inner), more(dot, from));
       }
-      const Floats old = load(distance), depth = lesser(radius - root(d2), inner);
-      Floats least;
-      Mask rises;
-      const Floats now = raised_to(old, depth, more(dot, from), least, rises);
-      store(distance, now);
-      raised |= rises;
-      emptied |= more(zero, old) & no_less(now, zero);
-      // After the head has been at its deepest position at a sample, the sample cannot change any more.
-      least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
     }
-  }
+  };
+  Mask raised = nowhere(), emptied = nowhere();
+  for_each([&](float* at, const Floats& depth, const Mask& ahead) __attribute__((always_inline)) {
+    const Floats old = load(at);
+    Floats least;
+    Mask rises;
+    const Floats now = raised_to(old, depth, ahead, least, rises);
+    store(at, now);
+    raised |= rises;
+    emptied |= more(zero, old) & no_less(now, zero);
+  });
+  if (any(raised)) return {true, any(emptied), 0};  // a raised sample rises again in any motion
+  Floats least_slack = never;
+  for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
+    // After the head has been at its deepest position at a sample, the sample cannot change any more.
+    const Floats now = load(at);
+    least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
+  });
   alignas(64) float slack[kLanes];
   store(slack, least_slack);
-  return {any(raised), any(emptied), *std::min_element(slack, slack + kLanes)};
+  return {false, false, *std::min_element(slack, slack + kLanes)};
 }

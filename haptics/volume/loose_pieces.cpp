@@ -92,19 +92,28 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// Returns the samples of the neighbouring block that touch the samples `b` over one face of the block. `face`: 0, 1:
-/// ∓x; 2, 3: ∓y; 4, 5: ∓z.
-SolidBits across(const SolidBits& b, int face) {
-  SolidBits out{};
+/// The samples on each face of a block, or of a part of it, and the number of its samples. Faces 0 and 1 are at the
+/// first and the last x, 2 and 3 at the first and the last y, 4 and 5 at the first and the last z. A face has one bit
+/// per sample. Two samples that touch over the face between two blocks have the same bit in both blocks.
+struct Shape {
+  std::array<std::uint64_t, 6> faces{};
+  std::int64_t samples = 0;
+};
+
+std::array<std::uint64_t, 6> faces_of(const SolidBits& b) {
+  // This product moves the lowest bits of the eight bytes into the highest byte.
+  const auto lowest = [](std::uint64_t word) { return (word & kFirstZ) * 0x0102040810204080 >> 56; };
+  std::array<std::uint64_t, 6> faces{b[0], b[7]};
   for (std::size_t x = 0; x < 8; ++x) {
-    if (face == 2) out[x] = (b[x] & 0xFF) << 56;
-    if (face == 3) out[x] = b[x] >> 56;
-    if (face == 4) out[x] = (b[x] & kFirstZ) << 7;
-    if (face == 5) out[x] = (b[x] & kLastZ) >> 7;
+    faces[2] |= (b[x] & 0xFF) << 8 * x;
+    faces[3] |= (b[x] >> 56) << 8 * x;
+    faces[4] |= lowest(b[x]) << 8 * x;
+    faces[5] |= lowest(b[x] >> 7) << 8 * x;
   }
-  if (face == 0) out[7] = b[0];
-  if (face == 1) out[0] = b[7];
-  return out;
+  return faces;
+}
+Shape shape_of(const SolidBits& b) {
+  return {faces_of(b), count(b)};
 }
 glm::ivec3 neighbour(glm::ivec3 key, int face) {
   key[face / 2] += face % 2 ? 1 : -1;
@@ -122,32 +131,48 @@ class LoosePieces::KnownBlocks {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// Returns the bits of a block as last read. A block that was not read yet (`unseen`) is read now.
-  SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
-    return changing(find(volume, key, unseen));
+  /// Returns the index of a block. A block that was not read yet (`unseen`) is read now.
+  int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
+    const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
+    if (fresh) {
+      Block& block = blocks_.emplace_back();
+      block.key = key;
+      volume.solid_block(key, block.bits);
+    }
+    if (unseen) *unseen = fresh;
+    return it->second;
+  }
+  /// Returns the bits of a block as last read; the caller may change them.
+  SolidBits& changing(int block) {
+    blocks_[static_cast<std::size_t>(block)].one_part = false;
+    return blocks_[static_cast<std::size_t>(block)].bits;
   }
   void forget() {
     index_.clear();
     blocks_.clear();
   }
 
+  const glm::ivec3& key(int block) const { return blocks_[static_cast<std::size_t>(block)].key; }
+
   /// Begins a new search without floods.
   void begin_search() {
     ++look_;
     looked_at_ = 0;
-    parts_.clear();
+    parts_.clear(), part_bits_.clear();
     flood_count_ = 0;
   }
   /// Starts a flood in each part of the block that contains a sample of `seeds`.
-  void start(const TissueVolume& volume, const glm::ivec3& key, const SolidBits& seeds) {
-    const Block& block = with_parts(find(volume, key, nullptr));
-    for (int i = block.first_part; i < block.first_part + block.part_count; ++i) {
-      const Part& part = parts_[static_cast<std::size_t>(i)];
-      if (part.flood >= 0 || !overlap(part.bits, seeds)) continue;
-      const int flood = flood_count_++;
-      if (flood_count_ > static_cast<int>(floods_.size())) floods_.emplace_back();
-      floods_[static_cast<std::size_t>(flood)].begin(flood);
-      take(flood, i);
+  void start(int block, const SolidBits& seeds) {
+    start_in(block, [&](const Part& part) { return overlap(bits_of(part), seeds); });
+  }
+  /// Starts a flood in each part of the neighbouring blocks that touches a sample of `seeds`, which are in the block
+  /// `block`.
+  void start_beside(const TissueVolume& volume, int block, const SolidBits& seeds) {
+    const std::array<std::uint64_t, 6> faces = faces_of(seeds);
+    for (std::size_t face = 0; face < 6; ++face) {
+      if (faces[face] == 0) continue;
+      start_in(find_beside(volume, block, face),
+               [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
     }
   }
   /// Lets the floods spread until at most one flood can still spread, and this flood is larger than all floods that
@@ -186,7 +211,7 @@ class LoosePieces::KnownBlocks {
       TissuePiece piece;
       for (const int i : flood->taken) {
         const Part& part = parts_[static_cast<std::size_t>(i)];
-        piece.push_back({blocks_[static_cast<std::size_t>(part.block)].key, part.bits});
+        piece.push_back({blocks_[static_cast<std::size_t>(part.block)].key, bits_of(part)});
       }
       out.push_back(std::move(piece));
     }
@@ -198,17 +223,19 @@ class LoosePieces::KnownBlocks {
  private:
   struct Block {
     glm::ivec3 key{0};
-    SolidBits bits{};
-    bool one_part = false;  // true if the bits are known to be connected
-    // indices of the neighbouring blocks over the six faces; -1: not known yet
-    int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
+    // indices of the neighbouring blocks over the six faces; -1: not known yet
+    int beside[6] = {-1, -1, -1, -1, -1, -1};
+    bool one_part = false;  // true if the bits are known to be connected
+    Shape whole;            // valid only if `one_part`
+    SolidBits bits{};
   };
   struct Part {
-    SolidBits bits{};
+    Shape shape;
     int block = 0, flood = -1;
+    int bits = -1;  // index of the part's samples in part_bits_; -1: all samples of the block
   };
   struct Flood {
     int root = 0;
@@ -224,24 +251,26 @@ class LoosePieces::KnownBlocks {
     bool ended() const { return next == edge.size(); }
   };
 
-  SolidBits& changing(int block) {
-    blocks_[static_cast<std::size_t>(block)].one_part = false;
-    return blocks_[static_cast<std::size_t>(block)].bits;
+  const SolidBits& bits_of(const Part& part) const {
+    return part.bits < 0 ? blocks_[static_cast<std::size_t>(part.block)].bits
+                         : part_bits_[static_cast<std::size_t>(part.bits)];
   }
-  int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen) {
-    const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
-    if (fresh) {
-      Block& block = blocks_.emplace_back();
-      block.key = key;
-      volume.solid_block(key, block.bits);
+  template <class Touched>
+  void start_in(int index, const Touched& touched) {
+    const Block& block = with_parts(index);
+    for (int i = block.first_part; i < block.first_part + block.part_count; ++i) {
+      const Part& part = parts_[static_cast<std::size_t>(i)];
+      if (part.flood >= 0 || !touched(part)) continue;
+      const int flood = flood_count_++;
+      if (flood_count_ > static_cast<int>(floods_.size())) floods_.emplace_back();
+      floods_[static_cast<std::size_t>(flood)].begin(flood);
+      take(flood, i);
     }
-    if (unseen) *unseen = fresh;
-    return it->second;
   }
-  int find_beside(const TissueVolume& volume, int block, int face) {
+  int find_beside(const TissueVolume& volume, int block, std::size_t face) {
     const int known = blocks_[static_cast<std::size_t>(block)].beside[face];
     if (known >= 0) return known;
-    const int next = find(volume, neighbour(blocks_[static_cast<std::size_t>(block)].key, face), nullptr);
+    const int next = find(volume, neighbour(blocks_[static_cast<std::size_t>(block)].key, static_cast<int>(face)));
     blocks_[static_cast<std::size_t>(block)].beside[face] = next;
     blocks_[static_cast<std::size_t>(next)].beside[face ^ 1] = block;
     return next;
@@ -253,11 +282,15 @@ class LoosePieces::KnownBlocks {
     ++looked_at_;
     block.first_part = static_cast<int>(parts_.size());
     if (block.one_part) {
-      parts_.push_back({block.bits, index, -1});
+      parts_.push_back({block.whole, index});
     } else {
-      for_each_part(block.bits, [&](const SolidBits& bits) { parts_.push_back({bits, index, -1}); });
+      for_each_part(block.bits, [&](const SolidBits& bits) {
+        parts_.push_back({shape_of(bits), index, -1, static_cast<int>(part_bits_.size())});
+        part_bits_.push_back(bits);
+      });
     }
     block.part_count = static_cast<int>(parts_.size()) - block.first_part;
+    if (block.part_count == 1 && !block.one_part) block.whole = parts_.back().shape;
     block.one_part = block.part_count == 1;
     return block;
   }
@@ -271,7 +304,7 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     f.edge.push_back(part);
     f.taken.push_back(part);
-    f.samples += count(parts_[static_cast<std::size_t>(part)].bits);
+    f.samples += parts_[static_cast<std::size_t>(part)].shape.samples;
   }
   int join(int a, int b) {
     Flood* to = &floods_[static_cast<std::size_t>(a)];
@@ -287,14 +320,15 @@ class LoosePieces::KnownBlocks {
     flood = root_of(flood);
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
-    const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    for (int face = 0; face < 6; ++face) {
-      const SolidBits touched = across(part.bits, face);
-      if (!any(touched)) continue;
-      const Block& next = with_parts(find_beside(volume, part.block, face));
+    const Part& part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
+    const std::array<std::uint64_t, 6> faces = part.shape.faces;  // a copy, because with_parts() moves the parts
+    const int block = part.block;
+    for (std::size_t face = 0; face < 6; ++face) {
+      if (faces[face] == 0) continue;
+      const Block& next = with_parts(find_beside(volume, block, face));
       for (int i = next.first_part; i < next.first_part + next.part_count; ++i) {
         const Part& beside = parts_[static_cast<std::size_t>(i)];
-        if (!overlap(beside.bits, touched)) continue;
+        if ((beside.shape.faces[face ^ 1] & faces[face]) == 0) continue;
         if (beside.flood < 0) {
           take(flood, i);
         } else if (const int other = root_of(beside.flood); other != flood) {
@@ -308,7 +342,8 @@ class LoosePieces::KnownBlocks {
   std::vector<Block> blocks_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
-  std::vector<Part> parts_;  // parts of this search, block by block
+  std::vector<Part> parts_;           // parts of this search, block by block
+  std::vector<SolidBits> part_bits_;  // samples of those parts that are not a whole block
   std::vector<Flood> floods_;
   int flood_count_ = 0;  // number of floods in use
   std::vector<int> roots_, live_;
@@ -323,8 +358,9 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
-        const SolidBits bits = blocks_->bits(volume, {x, y, z});
-        if (any(bits)) blocks_->start(volume, {x, y, z}, bits);
+        const int block = blocks_->find(volume, {x, y, z});
+        const SolidBits bits = blocks_->changing(block);
+        if (any(bits)) blocks_->start(block, bits);
       }
     }
   }
@@ -341,49 +377,46 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
 
 LoosePieces::~LoosePieces() = default;
 
-/// Compares a block with its last reading, and stores the samples that became air.
-void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key) {
-  bool unseen;
-  SolidBits& seen = blocks_->bits(volume, key, &unseen);
-  SolidBits now = seen, gone;
-  if (!unseen) volume.solid_block(key, now);
+/// Stores the present samples of a block, and those of them that became air since its last reading.
+void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
+  SolidBits& seen = blocks_->changing(block);
+  SolidBits gone;
   // For a block that was not read since the last edit, any sample of air may have been tissue.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
-  if (any(gone)) emptied_.push_back({key, gone});
+  if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});
 }
 
 std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const VoxelBox& written,
-                                                std::span<const glm::ivec3> blocks) {
+                                                std::span<const BlockPart> blocks) {
   const glm::ivec3 lo = block_of(written.lo), hi = block_of(written.hi);
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
-          if (!blocks_->seen({x, y, z})) note_emptied(volume, {x, y, z});
+          bool unseen;
+          const int block = blocks_->find(volume, {x, y, z}, &unseen);
+          if (unseen) note_emptied(block, SolidBits(blocks_->changing(block)), true);
         }
       }
     }
     all_seen_lo_ = lo, all_seen_hi_ = hi;
   }
-  for (const glm::ivec3& key : blocks) note_emptied(volume, key);
+  for (const BlockPart& now : blocks) note_emptied(blocks_->find(volume, now.key), now.bits, false);
   credit_ = std::min(credit_ + kCreditPerCut, kMostCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
   std::sort(emptied_.begin(), emptied_.end(),
-            [](const BlockPart& a, const BlockPart& b) { return before(a.key, b.key); });
+            [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); });
   blocks_->begin_search();
-  for (auto part = emptied_.begin(); part != emptied_.end();) {
-    const glm::ivec3 key = part->key;
+  for (auto next = emptied_.begin(); next != emptied_.end();) {
+    const int block = next->block;
     SolidBits gone{};  // samples emptied by all cuts since the last search
-    for (; part != emptied_.end() && part->key == key; ++part) {
-      for (std::size_t i = 0; i < 8; ++i) gone[i] |= part->bits[i];
+    for (; next != emptied_.end() && next->block == block; ++next) {
+      for (std::size_t i = 0; i < 8; ++i) gone[i] |= next->part.bits[i];
     }
-    blocks_->start(volume, key, grown(gone));
-    for (int face = 0; face < 6; ++face) {
-      const SolidBits beside = across(gone, face);
-      if (any(beside)) blocks_->start(volume, neighbour(key, face), beside);
-    }
+    blocks_->start(block, grown(gone));
+    blocks_->start_beside(volume, block, gone);
   }
   emptied_.clear();
   blocks_->run(volume);
@@ -405,7 +438,7 @@ void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, c
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
-        volume.solid_block({x, y, z}, blocks_->bits(volume, {x, y, z}));
+        volume.solid_block({x, y, z}, blocks_->changing(blocks_->find(volume, {x, y, z})));
       }
     }
   }

@@ -18,7 +18,7 @@ class TissueVolume;
 /// One bit for each of a block's 8³ samples, set if the sample is in tissue: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// The part of a loose piece that lies in one block; the block's first sample is at 8·key.
+/// Some samples of one block, for example the part of a loose piece in it; the block's first sample is at 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
@@ -39,9 +39,9 @@ class LoosePieces {
   ~LoosePieces();
 
   /// Returns the pieces that a cut separated; the volume still contains them. `written`: box of the voxels that the
-  /// cut wrote. `blocks`: blocks in which samples may have become air (TissueVolume::Carved).
+  /// cut wrote. `blocks`: all samples of the blocks in which samples may have become air (TissueVolume::Carved).
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
-                                     std::span<const glm::ivec3> blocks);
+                                     std::span<const BlockPart> blocks);
   /// Must be called after samples lo .. hi were changed by anything except a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Must be called after an undo or redo, because any sample may have changed.
@@ -62,11 +62,15 @@ class LoosePieces {
     SolidBits bits{};
     int number = 0;
   };
+  struct Emptied {
+    BlockPart part;
+    int block = 0;  // index of the part's block in blocks_
+  };
   class KnownBlocks;
 
   bool same_body(const TissuePiece& a, const TissuePiece& b) const;
   std::vector<int> bodies_of(const TissuePiece& piece) const;
-  void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
+  void note_emptied(int block, const SolidBits& now, bool unseen);
 
   std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
@@ -74,7 +78,7 @@ class LoosePieces {
   // samples of all bodies, except the largest body, which has number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
   // samples that became air and whose surroundings were not searched yet; keys may repeat
-  std::vector<BlockPart> emptied_;
+  std::vector<Emptied> emptied_;
   std::int64_t credit_ = 0;  // number of blocks that may still be visited: each cut adds some, each flood uses some
 };
 

@@ -244,7 +244,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
         add_to_box(glm::max(origin, sweep.lo()), glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
         if (place.logged != v.marked) v.log_write(key);
         place.logged = v.marked;
-        if (cut.emptied) carved.blocks.push_back(key);
+        if (cut.emptied) carved.blocks.push_back({key, solid_bits(place.leaf->buffer().data())});
       }
     }
   }
@@ -274,7 +274,7 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
         v.leaf_was_cut(*leaf, kept);
         add_to_box(lo, hi, carved.box);
         v.log_write(key);
-        carved.blocks.push_back(key);
+        carved.blocks.push_back({key, solid_bits(leaf->buffer().data())});
       }
     }
   }

@@ -79,6 +79,9 @@ inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
+/// Determines which samples of a leaf of distances are inside tissue.
+SolidBits solid_bits(const float* samples);
+
 /// All changes of one stroke. These are the leaves before the stroke; after an undo of the stroke, they are the leaves
 /// after the stroke.
 struct StrokeKept {

@@ -435,13 +435,17 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
     bits.fill(tree.getValue(origin) < 0 ? ~std::uint64_t{0} : 0);
     return;
   }
-  const float* data = leaf->buffer().data();
+  bits = solid_bits(leaf->buffer().data());
+}
+
+SolidBits solid_bits(const float* samples) {
+  SolidBits bits{};
   for (std::uint64_t& word : bits) {
-    word = 0;
-    for (int y = 0; y < 8; ++y, data += 8) {
-      word |= static_cast<std::uint64_t>(bits_of(*reinterpret_cast<const F8*>(data) < 0.0f)) << 8 * y;
+    for (int y = 0; y < 8; ++y, samples += 8) {
+      word |= static_cast<std::uint64_t>(bits_of(*reinterpret_cast<const F8*>(samples) < 0.0f)) << 8 * y;
     }
   }
+  return bits;
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "engine/base/ring.h"
@@ -236,6 +237,34 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   SurfacePatch check = bench.empty_patch();
   bench.carver.volume().copy(bench.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
   EXPECT_EQ(bench.patch().distance, check.distance);
+}
+
+// Of all patches, the one that the servo has just replaced lacks the fewest samples. With any other choice, the carver
+// copies up to four steps of the hand instead of two.
+TEST(PatchExchange, TheCarverCopiesIntoThePatchThatTheServoReplacedLast) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  HapticBench bench(kBlock, settings);
+  PatchExchange exchange(bench.carver);
+  ServoTick tick;
+  Cut cut;
+  std::set<const float*> memory;  // addresses of the sample at one voxel in the servo's patches
+  const glm::ivec3 voxel(glm::round(bench.carver.volume().frame().to_voxels({0, 0, 2.9_mm})));
+  for (int i = 0; i < 20; ++i) {
+    const dvec3 center{0, 0, i % 2 ? 3.0_mm : 2.9_mm};
+    exchange.offer(bench.carver, center);
+    haptics::Snapshot* const fresh = exchange.take(bench.patch(), tick.cuts, i);
+    ASSERT_TRUE(fresh) << i;
+    bench.servo.adopt(*fresh);
+    // A voxel keeps its address when its patch moves, so the address tells which memory the patch uses.
+    const SurfacePatch& patch = bench.patch();
+    const glm::ivec3 middle = voxel - patch.lo;
+    if (i > 3) memory.insert(patch.distance.data() + patch.at(middle.x, middle.y, middle.z));
+    EXPECT_FALSE(exchange.take(patch, tick.cuts, i)) << "the next tick returns the replaced patch";
+    bench.servo.tick({i * 1'000'000LL, {center}, 0}, tick, cut);
+    exchange.keep_up(bench.carver, tick.patch);
+  }
+  EXPECT_EQ(memory.size(), 2u);
 }
 
 /// What a live session records of its patches.

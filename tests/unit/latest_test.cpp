@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <stop_token>
@@ -74,6 +75,49 @@ TEST(Latest, NoBufferIsEverHeldByTwoThreads) {
     ASSERT_GE(block.words[0], seen);
     seen = block.words[0];
     if (seen < kLast && latest.give_back()) ++given_back;
+  }
+}
+
+TEST(Latest, TheWriterTakesTheSlotThatTheReaderReturnedLast) {
+  Latest<int> latest(0);
+  for (int i = 1; i <= 3; ++i) {
+    latest.publish(i);
+    ASSERT_TRUE(latest.fetch());
+  }
+  latest.front() = -3;  // the reader's own value
+  latest.take_returned();
+  EXPECT_NE(latest.back(), -3) << "the reader has not returned it yet";
+  latest.hand_back();
+  EXPECT_FALSE(latest.fetch()) << "a returned slot is no new value";
+  EXPECT_FALSE(latest.take_back()) << "nor one that the writer has published";
+  latest.take_returned();
+  EXPECT_EQ(latest.back(), -3);
+  latest.publish(4);
+  latest.hand_back();
+  ASSERT_TRUE(latest.fetch()) << "a new value is not lost when the reader returns a slot";
+  EXPECT_EQ(latest.front(), 4);
+}
+
+TEST(Latest, ASlotBelongsToOneThreadWhenSlotsAreReturned) {
+  constexpr std::uint64_t kLast = 300'000;
+  Latest<Block> latest;
+  std::jthread writer([&] {
+    for (std::uint64_t i = 1; i <= kLast; ++i) {
+      if (i % 3) latest.take_returned();
+      std::ranges::fill(latest.back().words, i);
+      latest.publish();
+    }
+  });
+  std::uint64_t seen = 0;
+  while (seen < kLast) {
+    if (seen % 2) latest.hand_back();
+    if (!latest.fetch()) continue;
+    const Block block = latest.front();
+    for (const auto w : block.words) ASSERT_EQ(w, block.words[0]);
+    ASSERT_GT(block.words[0], seen);
+    seen = block.words[0];
+    // The reader may change its value, as the servo does when it adopts a patch.
+    std::ranges::fill(latest.front().words, 0);
   }
 }
 
