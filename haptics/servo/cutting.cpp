@@ -7,14 +7,6 @@
 
 namespace typodont::haptics {
 
-void Servo::State::run_spindle(const TickData& now) noexcept {
-  const double wanted = now.out.pedal * free_speed();
-  double& speed = cutting.speed;
-  speed = settings.spindle.run_up_time > 0 && speed != wanted
-              ? wanted + (speed - wanted) * std::exp(-now.dt / settings.spindle.run_up_time)
-              : wanted;
-}
-
 void Servo::State::earn(ContactTick& now) noexcept {
   using P = CuttingParameters;
   const Tool& bur = tool();

@@ -155,11 +155,8 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
   // After the contact, the energy ledger may be in debt (negative sums.energy), and a ledger in debt would allow no
-  // force at the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed
-  // above. A debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which
-  // hold a force for longer than expected.
-  const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
-  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
+  // force at the next contact. Therefore the debt is cancelled.
+  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);

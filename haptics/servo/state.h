@@ -180,6 +180,11 @@ struct Servo::State {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
 
+  /// Returns the largest debt of the energy ledger that may be cancelled without contact, J. It is the energy
+  /// `limits.given`, which was allowed during the contact. A debt above most_debt() is cancelled completely, because it
+  /// has other causes, for example late ticks, which hold a force for longer than expected.
+  double most_forgiven() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
+
   // The next functions are defined in servo.cpp:
   /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
@@ -188,11 +193,13 @@ struct Servo::State {
   /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
   /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
+  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
+  [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;
   /// Changes to the wanted tool if the spindle has stopped and neither that tool nor the present tool touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
   /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
-  bool move_free(TickData& now) noexcept;
+  [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
@@ -202,8 +209,6 @@ struct Servo::State {
   void report_soft(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/cutting.cpp:
-  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
-  void run_spindle(const TickData& now) noexcept;
   /// Computes the energy that this tick may spend on removal, from the force of the last tick.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
