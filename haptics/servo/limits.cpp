@@ -51,7 +51,9 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
   if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
-  l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  if (fades || l.ramp < 1) {
+    l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  }
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
   if (magnitude * fraction > settings.force_limit) {
@@ -70,10 +72,12 @@ void Servo::State::limit(ContactTick& now) noexcept {
       now.faults |= bits(Fault::kSlewLimit);
     }
   }
-  now.force *= fraction;
-  now.spindle_force *= fraction;
-  now.teeth_force *= fraction;
-  now.torque *= fraction;
+  if (fraction != 1) {
+    now.force *= fraction;
+    now.spindle_force *= fraction;
+    now.teeth_force *= fraction;
+    now.torque *= fraction;
+  }
   // The torque of the spindle may use the part of the torque limit that the tissue's torque does not use.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
@@ -169,8 +173,10 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
       if (landing) passive = landing_fraction(now, at_stake);
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
-    now.force *= passive;
-    now.torque *= passive, felt_torque *= passive;
+    if (passive != 1) {
+      now.force *= passive;
+      now.torque *= passive, felt_torque *= passive;
+    }
   }
   press_teeth(now);
   return felt_torque;

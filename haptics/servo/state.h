@@ -168,10 +168,15 @@ struct Servo::State {
   const Tool& tool() const noexcept { return tools[in_hand]; }
   /// Returns the speed (rad/s) of the unloaded spindle at full pedal with the tool in the hand.
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
-  /// Returns the mean of a material property over the tissues under the head.
-  double mean(double Material::*member) const noexcept;
-  /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
-  double mean_hardened(double Material::*member) const noexcept;
+  /// Mean material properties of the tissues under the head; 0 if there is no tissue.
+  struct TissueMeans {
+    double stiffness = 0;  // N/m, scaled by the hardness
+    double static_friction = 0, dynamic_friction = 0;
+    Tissue most = Tissue::kAir;  // the most frequent tissue
+  };
+  TissueMeans tissue_means() const noexcept;
+  /// Returns the mean specific energy of the tissues under the head, scaled by the hardness, J/m³.
+  double mean_specific_energy() const noexcept;
 
   /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
   /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
@@ -244,7 +249,7 @@ struct Servo::State {
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;
   double spare_change(const ContactTick& now, double depth) const noexcept;
-  double follow_stiffness(const ContactTick& now, double depth) noexcept;
+  double follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept;
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
   void fade_teeth(ContactTick& now) noexcept;
