@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/base/temporary_folder.h"
 
 namespace typodont {
@@ -104,17 +106,20 @@ void energy_rows(bool quick, std::vector<BenchRow>& rows) {
                  drill = folder.path() / "drill.csv";
   std::ofstream(scene)
       << R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
-    "tool": "round_012", "parts": ["haptics"]})";
+    "tool": "round_012", "spindle": "air_turbine", "parts": ["haptics"]})";
   write_hands(rest, drill, lasting + 1);
+  const fs::path said = folder.path() / "said.json";
   const std::string program = fs::read_symlink("/proc/self/exe").string();
   const auto session = [&](const fs::path& hand, double seconds) {
     bool ran = false;
     const Used used = measure_used([&] {
-      ran = std::system(fmt::format("'{}' run '{}' --hand script:{} --audio none: --seconds {} --json >'{}' 2>&1",
-                                    program, scene.string(), hand.string(), seconds, (folder.path() / "said").string())
-                            .c_str()) == 0;
+      ran =
+          std::system(fmt::format("'{}' run '{}' --hand script:{} --audio none: --seconds {} --json >'{}' 2>/dev/null",
+                                  program, scene.string(), hand.string(), seconds, said.string())
+                          .c_str()) == 0;
     });
-    return ran ? used : Used{std::nan(""), std::nan(""), std::nan("")};
+    if (!ran) throw RunFailure("a session of the bench failed: " + scene.string());
+    return used;
   };
   constexpr const char* kKnob = "block of 0.1 mm voxels, 1 kHz, no picture";
   const auto watts = [&](const char* name, double power) {
@@ -130,7 +135,9 @@ void energy_rows(bool quick, std::vector<BenchRow>& rows) {
                     .time_ns = 1e9 * cpu / (kRate * wall),
                     .per = "tick",
                     .baseline = "one core",
-                    .ratio = cpu / wall});
+                    .ratio = cpu / wall,
+                    .size = Json::load(said)["removed_mm3"].number(),
+                    .size_unit = "mm³ removed"});
     watts(fmt::format("power, a session {}", name).c_str(), (to.energy - from.energy) / wall);
   }
   const Used idle = measure_used([&] { std::this_thread::sleep_for(std::chrono::duration<double>(lasting - brief)); });
