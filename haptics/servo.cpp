@@ -141,6 +141,14 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   l.teeth_energy += glm::dot(l.last_teeth_force, now.moved);
 }
 
+inline void Servo::State::run_spindle(const TickData& now) noexcept {
+  const double wanted = now.out.pedal * free_speed();
+  double& speed = cutting.speed;
+  speed = settings.spindle.run_up_time > 0 && speed != wanted
+              ? wanted + (speed - wanted) * std::exp(-now.dt / settings.spindle.run_up_time)
+              : wanted;
+}
+
 void Servo::State::change_tool(TickData& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
   const bool stands =
@@ -162,17 +170,19 @@ void Servo::State::change_tool(TickData& now) noexcept {
   coupling.tip = {};
 }
 
-bool Servo::State::move_free(TickData& now) noexcept {
+inline bool Servo::State::move_free(TickData& now) noexcept {
   Motion& m = motion;
   ServoTick& out = now.out;
   if (!m.idle || limits.ending || tool().fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
       (settings.vibration.band > 0 && cutting.speed > 0)) {
     return false;
   }
-  const double way = glm::length(now.X_WT.p - m.X_WG.p), least = settings.frame.voxel;
   // The tool may move freely within m.room. Each tick reduces it by the motion of the hand. Only when it is used up,
-  // the model computes a new clearance.
+  // the model computes a new clearance. If m.room is not zero, the last tick was free, so the proxy was at the hand.
+  const double moved = glm::length(now.moved), least = settings.frame.voxel;
+  double way = moved;
   if (!(m.room > least && way <= m.room)) {
+    way = glm::length(now.X_WT.p - m.X_WG.p);
     m.room = model->clearance({m.X_WG.p, now.X_WT.R});
     if (!(m.room > least && way <= m.room)) return false;
   }
@@ -187,11 +197,10 @@ bool Servo::State::move_free(TickData& now) noexcept {
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
-  l.given = std::clamp(-sums.energy, 0.0, sums.energy < -most_debt() ? -sums.energy : l.given);
+  if (sums.energy < 0 || l.given > 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
   if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
-    passive_fraction(l.law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + l.given,
-                     l.passivity);
+    observe(l.law, now.moved, moved, now.turned, now.dt, settings.tick, false, l.passivity);
   }
   m.last_hand = m.X_WG = out.X_WG = now.X_WT;
   m.last_t = now.hand.t;

@@ -181,7 +181,7 @@ class TissueVolume {
   /// Returns the keys of the bricks that have changed since the last call, including neighbours that contain the same
   /// samples.
   std::vector<glm::ivec3> take_changed_bricks();
-  void read_brick(const glm::ivec3& key, FieldBrick& brick) const;
+  void read_brick(const glm::ivec3& key, FieldBrick& brick) const;  // the labels of a brick without surface are kAir
 
   /// Returns the volume of each tissue, m³. A voxel at the surface counts with the fraction that lies inside.
   PerTissue volumes() const;

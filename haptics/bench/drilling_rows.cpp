@@ -2,13 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
 
 namespace typodont::haptics::bench {
+
+void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
+                    std::vector<BenchRow>& rows) {
+  const auto octave = [](double ns) { return std::max(static_cast<int>(std::floor(std::log2(ns / 1000))), -1); };
+  std::map<int, int> count;
+  for (const double ns : ticks) ++count[octave(ns)];
+  for (const auto& [bin, in_bin] : count) {
+    rows.push_back({name, fmt::format("{}, {:g} to {:g} µs", knob, bin < 0 ? 0 : std::exp2(bin), std::exp2(bin + 1)),
+                    static_cast<double>(in_bin) / static_cast<double>(ticks.size()), "of the ticks",
+                    1000 * std::exp2(bin + 1), "tick"});
+  }
+}
 
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const double voxel_mm = *std::min_element(options.voxels_mm.begin(), options.voxels_mm.end());
@@ -45,14 +60,19 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       return run;
     });
     Scene& scene = *last;
-    rows.push_back({"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
-    rows.push_back({"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
+    const double median = quantile(ticks, 0.5);
+    rows.push_back({"drilling tick, median", knob, error, "volume against energy", median, "tick"});
+    for (const auto& [name, fraction] : {std::pair{"drilling tick, 99 %", 0.99}, {"drilling tick, 99.9 %", 0.999}}) {
+      const double slow = quantile(ticks, fraction);
+      rows.push_back({name, knob, error, "volume against energy", slow, "tick", "its median", slow / median});
+    }
+    histogram_rows("drilling tick, histogram", knob, ticks, rows);
     if (!by_default(options)) continue;  // the following rows need the patches of the default model
     const double floor = drilling_floor(dense, settings, options.ticks);
     rows.push_back(
         {"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});
-    rows.push_back({"drilling tick, median, against its floor", knob, error, "volume against energy",
-                    quantile(ticks, 0.5), "tick", "its cut, a query, a scan", quantile(ticks, 0.5) / floor});
+    rows.push_back({"drilling tick, median, against its floor", knob, error, "volume against energy", median, "tick",
+                    "its cut, a query, a scan", median / floor});
     cut_rows(tool, knob, dense, rows);
     hand_over_rows(scene, knob, rows);
   }

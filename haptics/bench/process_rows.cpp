@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -116,20 +115,6 @@ ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchO
   return time;
 }
 
-/// Adds the fraction of ticks in each octave of time: 1 to 2 µs, 2 to 4 µs, and so on.
-void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
-                    std::vector<BenchRow>& rows) {
-  const auto octave = [](double ns) { return std::max(static_cast<int>(std::floor(std::log2(ns / 1000))), -1); };
-  std::map<int, int> count;
-  for (const double ns : ticks) ++count[octave(ns)];
-  for (const auto& [bin, in_bin] : count) {
-    rows.push_back({"servo's tick, histogram, " + name,
-                    fmt::format("{}, {:g} to {:g} µs", knob, bin < 0 ? 0 : std::exp2(bin), std::exp2(bin + 1)),
-                    static_cast<double>(in_bin) / static_cast<double>(ticks.size()), "of the ticks",
-                    1000 * std::exp2(bin + 1), "tick"});
-  }
-}
-
 }  // namespace
 
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
@@ -149,7 +134,7 @@ void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
         rows.push_back({fmt::format("servo's tick, {:g} %{}", 100 * fraction, of), knob, BenchRow::kNone, "", ns,
                         "tick", "its median", ns / median});
       }
-      histogram_rows(c.name, knob, time.servo, rows);
+      histogram_rows("servo's tick, histogram" + of, knob, time.servo, rows);
     }
   }
 }

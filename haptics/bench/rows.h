@@ -20,6 +20,10 @@ inline bool by_default(const BenchOptions& options) {
 /// mesh). Also adds rows for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
+/// Adds the fraction of the ticks in each octave of time: 1 to 2 µs, 2 to 4 µs, and so on. `ticks`: ns.
+void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
+                    std::vector<BenchRow>& rows);
+
 /// Adds rows for a hand that drills into a block with four heads. They contain ticks, cuts alone, and patches.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 

@@ -143,11 +143,10 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand
-/// in the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in
-/// the last tick. Updates the state.
-inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
-                              const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
+/// Updates the state by the hand's motion in the last tick. `moved`, `turned`: displacement (m) and rotation (rad) of
+/// the hand; `way`: m, length of `moved`; `touches`: the hand feels a force.
+inline void observe(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& turned, double dt,
+                    double tick, bool touches, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
@@ -155,9 +154,8 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
     state.clock_decay = std::exp(-dt / law.clock_memory);
     state.fade = std::exp(-dt / law.fading), state.per_second = 1 / dt;
   }
-  const double strength = glm::length(f), twist = glm::length(tau);
-  const double way = glm::length(moved), before = state.way;
-  if (!law.in_counts && (way > 0 || before > 0)) learn(law, moved, way, change, dt, strength > 0, state);
+  const double before = state.way;
+  if (!law.in_counts && (way > 0 || before > 0)) learn(law, moved, way, change, dt, touches, state);
   state.retreat *= state.decay;
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved, state.way = way;
@@ -171,11 +169,20 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
     state.longest = tick + (state.longest - tick) * state.clock_decay;
     if (dt < law.longest_gap * tick) state.longest = std::max(state.longest, dt);
   }
+}
+
+/// Returns the largest energy, J, that force `f` and torque `tau` (N, N·m, on the hand) are expected to give the hand
+/// in the next tick; 0 without force and torque. `moved`, `turned`: displacement (m) and rotation (rad) of the hand in
+/// the last tick. Updates the state.
+inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                              const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {
+  const double strength = glm::length(f), twist = glm::length(tau);
+  observe(law, moved, glm::length(moved), turned, dt, tick, strength > 0, state);
   double at_stake = 0;
   if (strength > 0) {
     const double along = glm::dot(f, moved) / strength;  // m; > 0: in the direction of the force, outward
     state.retreat = std::max(state.retreat, along);
-    state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
+    state.advance = std::max(state.advance * state.decay, -along);
     const double twitch = law.turning * tick * tick;
     const double back = !law.in_counts ? expected_retreat(law, along / dt, tick, twitch, state)
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
@@ -184,7 +191,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   if (twist > 0) {  // this also runs for a tool whose force is already zero, because the torque decays more slowly
     const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
     state.rotation_retreat = std::max(state.rotation_retreat, out);
-    state.rotation_advance = std::max(state.rotation_advance * std::exp(-dt / law.memory), -out);
+    state.rotation_advance = std::max(state.rotation_advance * state.decay, -out);
     const double twitch = law.twisting * tick * tick;
     const double back = tick > 2.2 * law.human_tick ? twitch + state.rotation_advance : twitch + std::min(out, 0.0);
     at_stake += twist * std::max({law.margin * state.rotation_retreat, back, 1e-3 * twitch});

@@ -8,20 +8,35 @@ namespace typodont::haptics {
 
 using P = CouplingParameters;
 
-double Servo::State::mean(double Material::*member) const noexcept {
-  double sum = 0, total = 0;
+/// Computes the means over the tissues under the head. The most frequent tissue is the first of those with the largest
+/// fraction. Tissues with the fraction 0 are skipped, because they change no sum.
+Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
+  TissueMeans mean;
+  double total = 0, most = 0;
   for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
-    sum += coupling.tissue[i] * settings.materials[i].*member;
-    total += coupling.tissue[i];
+    const double fraction = coupling.tissue[i];
+    if (fraction == 0) continue;
+    const Material& material = settings.materials[i];
+    mean.stiffness += fraction * material.stiffness * coupling.hardness[i];
+    mean.static_friction += fraction * material.static_friction;
+    mean.dynamic_friction += fraction * material.dynamic_friction;
+    total += fraction;
+    if (fraction > most) most = fraction, mean.most = static_cast<Tissue>(i);
   }
-  return total > 0 ? sum / total : 0;
+  if (!(total > 0)) return {};
+  mean.stiffness /= total;
+  mean.static_friction /= total;
+  mean.dynamic_friction /= total;
+  return mean;
 }
 
-double Servo::State::mean_hardened(double Material::*member) const noexcept {
+double Servo::State::mean_specific_energy() const noexcept {
   double sum = 0, total = 0;
   for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
-    sum += coupling.tissue[i] * settings.materials[i].*member * coupling.hardness[i];
-    total += coupling.tissue[i];
+    const double fraction = coupling.tissue[i];
+    if (fraction == 0) continue;
+    sum += fraction * settings.materials[i].specific_energy * coupling.hardness[i];
+    total += fraction;
   }
   return total > 0 ? sum / total : 0;
 }
@@ -62,7 +77,8 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.known_tissue) c.tissue = contact.tissue;
   if (contact.graded) c.hardness = contact.hardness;
   const bool fresh = c.normal_force <= 0;
-  const double k = settings.stiffness * follow_stiffness(now, depth);
+  const TissueMeans mean = tissue_means();
+  const double k = settings.stiffness * follow_stiffness(now, depth, mean.stiffness / 1000.0);
   now.stored = k * depth * depth / 2;
   const double magnitude = damped(now, k * depth, depth);
   now.force = magnitude * now.normal;
@@ -90,7 +106,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   // A turning bur always slips, and its tangential force is that of the teeth. So friction is added only for other
   // tools.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
-    const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
+    const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
     now.force += sideways;
   }
@@ -106,8 +122,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.stored += contact.stored;
     now.spindle_torque = contact.spindle_torque;
   }
-  const auto most = std::max_element(c.tissue.begin() + 1, c.tissue.end());
-  now.out.tissue = *most > 0 ? static_cast<Tissue>(most - c.tissue.begin()) : Tissue::kAir;
+  now.out.tissue = mean.most;
   now.out.depth = depth;
   now.out.n_C_W = now.normal;
 }
@@ -127,14 +142,14 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   if (size > 0) now.normal = contact.force / size;
   c.normal_force = c.head_force = c.pressing = size;
   c.pressed = now.normal;
+  const TissueMeans mean = tissue_means();
   if (settings.friction && size > 0 && (!now.in.cuts || now.in.scrapes)) {
-    const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
+    const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     now.force += friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, size, c.friction);
   }
   feel_teeth(now);
   c.torque = now.torque;
-  const auto most = std::max_element(c.tissue.begin() + 1, c.tissue.end());
-  now.out.tissue = *most > 0 ? static_cast<Tissue>(most - c.tissue.begin()) : Tissue::kAir;
+  now.out.tissue = mean.most;
   now.out.depth = contact.depth;
   now.out.n_C_W = now.normal;
 }
@@ -147,12 +162,11 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Updates the factor on the coupling's stiffness and returns it. The factor is the stiffness of the tissue under the
-/// head divided by 1 N/mm, smoothed.
-double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
+/// Updates the factor on the coupling's stiffness and returns it. `wanted`: stiffness of the tissue under the head
+/// divided by 1 N/mm. The factor is `wanted`, smoothed.
+double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
-  const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
-  if (coupling.normal_force <= 0) return stiffness = wanted;
+  if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
   // At a large depth, a change of stiffness is a large change of force, and a rise of stiffness adds energy that the
   // hand did not put in. So the change per tick is limited.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);

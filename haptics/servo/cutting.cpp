@@ -7,14 +7,6 @@
 
 namespace typodont::haptics {
 
-void Servo::State::run_spindle(const TickData& now) noexcept {
-  const double wanted = now.out.pedal * free_speed();
-  double& speed = cutting.speed;
-  speed = settings.spindle.run_up_time > 0 && speed != wanted
-              ? wanted + (speed - wanted) * std::exp(-now.dt / settings.spindle.run_up_time)
-              : wanted;
-}
-
 void Servo::State::earn(ContactTick& now) noexcept {
   using P = CuttingParameters;
   const Tool& bur = tool();
@@ -23,7 +15,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
   // a local copy stays in registers; reading the value back from memory would wait for the store
   SpindleLoad spindle{cutting.speed, 0};
-  in.specific_energy = in.cuts ? mean_hardened(&Material::specific_energy) : 0;
+  in.specific_energy = in.cuts ? mean_specific_energy() : 0;
   double power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along

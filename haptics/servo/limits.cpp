@@ -51,7 +51,9 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
   if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
-  l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  if (fades || l.ramp < 1) {
+    l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  }
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
   if (magnitude * fraction > settings.force_limit) {
@@ -70,10 +72,12 @@ void Servo::State::limit(ContactTick& now) noexcept {
       now.faults |= bits(Fault::kSlewLimit);
     }
   }
-  now.force *= fraction;
-  now.spindle_force *= fraction;
-  now.teeth_force *= fraction;
-  now.torque *= fraction;
+  if (fraction != 1) {
+    now.force *= fraction;
+    now.spindle_force *= fraction;
+    now.teeth_force *= fraction;
+    now.torque *= fraction;
+  }
   // The torque of the spindle may use the part of the torque limit that the tissue's torque does not use.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
@@ -155,11 +159,8 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
   // After the contact, the energy ledger may be in debt (negative sums.energy), and a ledger in debt would allow no
-  // force at the next contact. Therefore the debt is cancelled, but at most by the energy l.given, which was allowed
-  // above. A debt above most_debt() is cancelled completely, because it has other causes, for example late ticks, which
-  // hold a force for longer than expected.
-  const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
-  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
+  // force at the next contact. Therefore the debt is cancelled.
+  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
@@ -172,8 +173,10 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
       if (landing) passive = landing_fraction(now, at_stake);
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
-    now.force *= passive;
-    now.torque *= passive, felt_torque *= passive;
+    if (passive != 1) {
+      now.force *= passive;
+      now.torque *= passive, felt_torque *= passive;
+    }
   }
   press_teeth(now);
   return felt_torque;

@@ -169,10 +169,15 @@ struct Servo::State {
   const Tool& tool() const noexcept { return tools[in_hand]; }
   /// Returns the speed (rad/s) of the unloaded spindle at full pedal with the tool in the hand.
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
-  /// Returns the mean of a material property over the tissues under the head.
-  double mean(double Material::*member) const noexcept;
-  /// Returns the mean of a material property that hardness scales: stiffness or specific energy.
-  double mean_hardened(double Material::*member) const noexcept;
+  /// Mean material properties of the tissues under the head; 0 if there is no tissue.
+  struct TissueMeans {
+    double stiffness = 0;  // N/m, scaled by the hardness
+    double static_friction = 0, dynamic_friction = 0;
+    Tissue most = Tissue::kAir;  // the most frequent tissue
+  };
+  TissueMeans tissue_means() const noexcept;
+  /// Returns the mean specific energy of the tissues under the head, scaled by the hardness, J/m³.
+  double mean_specific_energy() const noexcept;
 
   /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
   /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
@@ -180,6 +185,11 @@ struct Servo::State {
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
+
+  /// Returns the largest debt of the energy ledger that may be cancelled without contact, J. It is the energy
+  /// `limits.given`, which was allowed during the contact. A debt above most_debt() is cancelled completely, because it
+  /// has other causes, for example late ticks, which hold a force for longer than expected.
+  double most_forgiven() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
   /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
@@ -189,11 +199,13 @@ struct Servo::State {
   /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
   /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
+  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
+  [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;
   /// Changes to the wanted tool if the spindle has stopped and neither that tool nor the present tool touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
   /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
-  bool move_free(TickData& now) noexcept;
+  [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
@@ -203,8 +215,6 @@ struct Servo::State {
   void report_soft(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/cutting.cpp:
-  /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
-  void run_spindle(const TickData& now) noexcept;
   /// Computes the energy that this tick may spend on removal, from the force of the last tick.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
@@ -240,7 +250,7 @@ struct Servo::State {
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;
   double spare_change(const ContactTick& now, double depth) const noexcept;
-  double follow_stiffness(const ContactTick& now, double depth) noexcept;
+  double follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept;
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
   void fade_teeth(ContactTick& now) noexcept;

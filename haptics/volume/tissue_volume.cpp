@@ -3,10 +3,15 @@
 #include "haptics/tissue_volume.h"
 
 #include <algorithm>
+#include <bit>
 #include <climits>
+#include <cmath>
+#include <iterator>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "engine/base/dispatch.h"
 #include "engine/base/fnv.h"
 #include "haptics/lanes.h"
 #include "haptics/natural_surface.h"
@@ -427,8 +432,24 @@ TissueVolume TissueVolume::clone() const {
   return TissueVolume(std::move(copy));
 }
 
+namespace {
+
+constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
+
+/// Returns, for each row of eight samples of a leaf, the bits of the samples d with low <= d < high. Bit 0 is the first
+/// sample of the row.
+TYPODONT_DISPATCH("avx2", "default")
+void samples_within(const float* leaf, float low, float high, std::uint8_t* rows) {
+  for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
+    const F8 d = *reinterpret_cast<const F8*>(leaf);
+    rows[row] = static_cast<std::uint8_t>(bits_of((d >= low) & (d < high)));
+  }
+}
+
+}  // namespace
+
 void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
-  const openvdb::Coord origin = coord(key * static_cast<int>(openvdb::FloatTree::LeafNodeType::DIM));
+  const openvdb::Coord origin = coord(key * kLeafEdge);
   const auto& tree = impl_->distance->tree();
   const auto* leaf = tree.probeConstLeaf(origin);
   if (!leaf) {
@@ -439,28 +460,37 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 }
 
 SolidBits solid_bits(const float* samples) {
+  std::uint8_t rows[kLeafEdge * kLeafEdge];
+  samples_within(samples, -std::numeric_limits<float>::infinity(), 0, rows);
   SolidBits bits{};
-  for (std::uint64_t& word : bits) {
-    for (int y = 0; y < 8; ++y, samples += 8) {
-      word |= static_cast<std::uint64_t>(bits_of(*reinterpret_cast<const F8*>(samples) < 0.0f)) << 8 * y;
-    }
+  for (std::size_t x = 0; x < bits.size(); ++x) {
+    for (std::size_t y = 0; y < kLeafEdge; ++y) bits[x] |= static_cast<std::uint64_t>(rows[kLeafEdge * x + y]) << 8 * y;
   }
   return bits;
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   // A leaf contains surface if it has samples of both signs, or if it is next to a sample of the opposite sign. In
-  // both cases the leaf has a sample with |distance| < 2.
+  // both cases the leaf has a sample with |distance| <= 2.
+  const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
-    glm::ivec3 lo(INT_MAX), hi(INT_MIN);
-    for (auto it = leaf->cbeginValueOn(); it; ++it) {
-      if (std::abs(*it) > 2) continue;
-      const glm::ivec3 at = vec(it.getCoord());
-      lo = glm::min(lo, at);
-      hi = glm::max(hi, at);
+    std::uint8_t rows[kLeafEdge * kLeafEdge];
+    samples_within(leaf->buffer().data(), nearest, farthest, rows);
+    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // relative to the leaf's origin
+    std::uint32_t near = 0;               // bit z: a row of the leaf has such a sample at z
+    for (std::uint32_t row = 0; row < std::size(rows); ++row) {
+      const std::uint32_t bits = rows[row] & leaf->getValueMask().getWord<std::uint8_t>(row);
+      if (bits == 0) continue;
+      near |= bits;
+      const int x = static_cast<int>(row) / kLeafEdge, y = static_cast<int>(row) % kLeafEdge;
+      lo = {std::min(lo.x, x), std::min(lo.y, y), 0};
+      hi = {std::max(hi.x, x), std::max(hi.y, y), 0};
     }
-    if (lo.x <= hi.x) insert_bricks(lo, hi, keys);
+    if (near == 0) continue;
+    lo.z = std::countr_zero(near), hi.z = std::bit_width(near) - 1;
+    const glm::ivec3 origin = vec(leaf->origin());
+    insert_bricks(origin + lo, origin + hi, keys);
   }
   return sorted(keys);
 }
@@ -472,9 +502,32 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   return list;
 }
 
+/// Returns true if some corners of the brick's cells are inside the tissue and others are not.
+static bool has_surface(const FieldBrick& brick) {
+  bool solid = false, empty = false;
+  for (int x = 1; x < FieldBrick::kSamples - 1; ++x) {
+    for (int y = 1; y < FieldBrick::kSamples - 1; ++y) {
+      const float* row = &brick.distance[FieldBrick::at(x, y, 1)];
+      for (int z = 0; z <= FieldBrick::kCells; ++z) {
+        solid |= row[z] < 0;
+        empty |= !(row[z] < 0);
+      }
+    }
+    if (solid && empty) return true;
+  }
+  return false;
+}
+
 void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
   brick.key = key;
-  copy(key * FieldBrick::kCells - 1, glm::ivec3(FieldBrick::kSamples), brick.distance.data(), brick.tissue.data());
+  const glm::ivec3 lo = key * FieldBrick::kCells - 1;
+  constexpr glm::ivec3 kSize(FieldBrick::kSamples);
+  copy(lo, kSize, brick.distance.data(), nullptr);
+  if (has_surface(brick)) {
+    copy(lo, kSize, nullptr, brick.tissue.data());
+  } else {
+    brick.tissue.fill(Tissue::kAir);
+  }
 }
 
 namespace {

@@ -122,6 +122,20 @@ TEST(PerformancePage, FitsTheExponentOfAKnownPowerLaw) {
   EXPECT_TRUE(std::isnan(growth_exponent(rows, "once")));
 }
 
+TEST(PerformancePage, NamesTheMethodsOfOtherProgramsThatAreFasterAndNoOtherRows) {
+  const MeasuredPart slow{nullptr,
+                          {{.name = "whole", .time_ns = 200, .baseline = "volumeToMesh of the whole", .ratio = 2},
+                           {.name = "frame", .time_ns = 50, .baseline = "volumeToMesh of the whole", .ratio = 0.5},
+                           {.name = "point proxy", .time_ns = 300, .baseline = "the servo's slide", .ratio = 0.5},
+                           {.name = "penalty", .time_ns = 900, .baseline = "the servo's slide", .ratio = 1.5},
+                           {.name = "floor", .time_ns = 90, .baseline = "the scan", .ratio = 9}}};
+  const std::string table = slower_table(std::vector{slow});
+  EXPECT_THAT(table, HasSubstr("| whole |  | 200 ns | 100 ns | 2 | volumeToMesh of the whole |"));
+  EXPECT_THAT(table, HasSubstr("| point proxy |  | 600 ns | 300 ns | 2 | the method in the first column |"));
+  for (const char* other : {"frame", "penalty", "floor"}) EXPECT_THAT(table, testing::Not(HasSubstr(other)));
+  EXPECT_THAT(slower_table({}), HasSubstr("No measured method"));
+}
+
 TEST(ModelsPage, NamesAreReadAsTissueMotionModelAndMeasure) {
   const std::vector<BenchRow> rows{{.name = "box edges, slide, offset: step, asked"},
                                    {.name = "drilling tick, median"}};

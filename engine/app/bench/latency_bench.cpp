@@ -14,6 +14,7 @@
 #include "audio/audio_output.h"
 #include "audio/sound_file.h"
 #include "engine/app/assets.h"
+#include "engine/app/bench/energy_rows.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
@@ -209,6 +210,7 @@ std::vector<BenchRow> bench_latency(const BenchRun& run) {
   start_rows(folder, rows);
   step_rows(folder, rows);
   picture_rows(run.quick, rows);
+  energy_rows(run.quick, rows);
   return rows;
 }
 

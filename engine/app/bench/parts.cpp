@@ -160,7 +160,9 @@ constexpr BenchPart kParts[] = {
      bench_recording},
     {"latency", "Latency",
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
-     "Wall-clock times.",
+     "Wall-clock times. Then the energy of a session at rest and of one that drills: core-seconds per minute of all "
+     "its "
+     "threads, and the power of the processor package where the machine measures it.",
      bench_latency},
     {"import", "Import",
      "Scans and meshes of clinical size: CPU time per voxel, and peak memory compared with the estimate before the "

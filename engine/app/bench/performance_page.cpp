@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "engine/app/bench/page_text.h"
 #include "engine/app/bench/plot.h"
@@ -93,7 +96,34 @@ std::string table(const std::vector<BenchRow>& rows) {
   return out;
 }
 
+/// A method of another program, as it is named in BenchRow::baseline. The name may continue after `begins`.
+struct Rival {
+  std::string_view begins;
+  bool in_name;  // true: the row measures the other method, and its baseline is this program
+};
+constexpr Rival kRivals[] = {{"voxel penalty", false}, {"csgDifference", false},     {"volumeToMesh", false},
+                             {"OpenCV", false},        {"cross-correlation", false}, {"the servo's slide", true}};
+
 }  // namespace
+
+std::string slower_table(std::span<const MeasuredPart> parts) {
+  std::string out;
+  for (const MeasuredPart& m : parts) {
+    for (const BenchRow& r : m.rows) {
+      const auto rival = std::find_if(std::begin(kRivals), std::end(kRivals),
+                                      [&](const Rival& each) { return r.baseline.starts_with(each.begins); });
+      if (rival == std::end(kRivals) || !positive(r.time_ns) || !positive(r.ratio)) continue;
+      const double factor = rival->in_name ? 1 / r.ratio : r.ratio;
+      if (factor <= 1) continue;
+      const double other = r.time_ns / r.ratio;
+      const auto [ours, theirs] = rival->in_name ? std::pair{other, r.time_ns} : std::pair{r.time_ns, other};
+      out += fmt::format("| {} | {} | {} | {} | {:.2g} | {} |\n", r.name, r.knob, duration(ours), duration(theirs),
+                         factor, rival->in_name ? "the method in the first column" : r.baseline);
+    }
+  }
+  if (out.empty()) return "No measured method of another program is faster than this program.\n";
+  return "| case | knob | this program | other method | factor | other method is |\n|---|---|---|---|---|---|\n" + out;
+}
 
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
@@ -121,6 +151,10 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
       "times of the measuring thread unless a row says otherwise. A ratio compares with another method or with a "
       "measured lower bound (floor) of the same run.\n",
       machine);
+  page +=
+      "\n## Where another method is faster\n\nAll rows of this page in which a method of another program needs less "
+      "time than this program. The tables of the parts contain the errors of both.\n\n" +
+      slower_table(parts);
   for (const MeasuredPart& m : parts) {
     page += fmt::format("\n## {}\n\n{}\n\n", m.part->title, m.part->what);
     if (m.part->write_page) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct MeasuredPart {
 /// Returns how fast the time grows with the size for the rows named `name`: the exponent b of a least-squares fit time
 /// ∝ size^b on logarithmic scales. NaN if there are fewer than two sizes.
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name);
+
+/// Returns a table of the rows in which a method of another program is faster than this program, in Markdown; a
+/// sentence if there is no such row.
+std::string slower_table(std::span<const MeasuredPart> parts);
 
 /// Writes FILE.md and one SVG per plot, in a folder of the same name beside it. Each file is written completely or not
 /// at all. A part with its own page (BenchPart::write_page) is written beside FILE.md under the part's name, or to

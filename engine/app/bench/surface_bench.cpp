@@ -153,6 +153,26 @@ double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBri
       .median;
 }
 
+/// Measures the time to make a whole picture, ns: the median of `repeats` new views. `view` becomes the last of them.
+double picture_time(int repeats, float tolerance, haptics::TissueVolume& volume, TissueView& view) {
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    view = TissueView(tolerance);
+    times.push_back(measure(1, [&] { (void)view.update(volume); }).median);
+  }
+  return quantile(times, 0.5);
+}
+
+/// Measures the time to mesh all bricks, ns: the median of `repeats` new meshers. `mesher` becomes the last of them.
+double whole_time(int repeats, float tolerance, const std::vector<FieldBrick>& bricks, surface::SurfaceMesher& mesher) {
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    mesher = surface::SurfaceMesher({.tolerance = tolerance});
+    times.push_back(triangles_time(mesher, bricks));
+  }
+  return quantile(times, 0.5);
+}
+
 void molar_rows(int repeats, std::vector<BenchRow>& rows) {
   haptics::TissueVolume volume = molar(0.05_mm);
   const Extraction theirs = volume_to_mesh(*grid_of(volume), repeats);
@@ -176,9 +196,9 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
     surface::SurfaceMesher mesher({.tolerance = tolerance});
-    const double triangles = triangles_time(mesher, read(volume, volume.surface_bricks()));
+    const double triangles = whole_time(repeats, tolerance, read(volume, volume.surface_bricks()), mesher);
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
-    const double whole = measure(1, [&] { (void)view.update(carver.volume()); }).median;
+    const double whole = picture_time(repeats, tolerance, carver.volume(), view);
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
     // Drills with a bur of 1.2 mm at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the top of the
     // crown.
@@ -217,23 +237,16 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const double radius = 60;
   haptics::TissueVolume volume = ball(radius);
   TissueView view(-1);
-  const double picture = measure(repeats, [&] {
-                           view = TissueView(-1);
-                           (void)view.update(volume);
-                         }).median;
-  const std::vector<FieldBrick> bricks = read(volume, volume.surface_bricks());
-  std::vector<double> times;
-  for (int i = 0; i < repeats; ++i) {
-    surface::SurfaceMesher mesher({.tolerance = -1});
-    times.push_back(triangles_time(mesher, bricks));
-  }
+  const double picture = picture_time(repeats, -1, volume, view);
+  surface::SurfaceMesher mesher({.tolerance = -1});
+  const double triangles = whole_time(repeats, -1, read(volume, volume.surface_bricks()), mesher);
   const dvec3 centre = kCentre - volume.frame().origin / volume.frame().voxel;
   const double allowed = error(surface::weld(view.mesher()), centre, radius);
   for (double finer = radius;; finer *= 1.1) {
     const auto grid = ball_grid(finer);
     if (error(volume_to_mesh(*grid, 1).mesh, kCentre, finer) > allowed && finer < 6 * radius) continue;
     const Extraction theirs = volume_to_mesh(*grid, repeats);
-    for (const auto& [what, ns] : {std::pair{"triangles", quantile(times, 0.5)}, {"picture", picture}})
+    for (const auto& [what, ns] : {std::pair{"triangles", triangles}, {"picture", picture}})
       rows.push_back({.name = fmt::format("ball at equal error, whole, {}", what),
                       .knob = fmt::format("radius {:g} voxels", radius),
                       .error = allowed,

@@ -417,12 +417,11 @@ void Contourer::Scratch::find_patches() {
         patches.resize(first + cell.patches);
         const glm::vec3 centre = glm::vec3(at) + 0.5f;
         for (int p = 0; p < cell.patches; ++p) {
-          Moments moments;
+          Moments& moments = patches[first + static_cast<std::size_t>(p)].moments;
           for (int i = 0; i < cell.edges; ++i) {
             const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
             if (cell.patch[e] == p) moments.add(crossing_of(at, e), centre);
           }
-          patches[first + static_cast<std::size_t>(p)].moments = moments;
         }
         for (std::size_t p = first; p < patches.size(); ++p) {
           Node& patch = patches[p];

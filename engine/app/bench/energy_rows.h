@@ -1,0 +1,27 @@
+// Energy that a live session needs: watts where the machine measures them, and core-seconds per minute everywhere.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "engine/contract/bench_row.h"
+
+namespace typodont {
+
+/// Reading of the energy counters of all processor packages.
+struct PackageEnergy {
+  double counted = 0;  // J, sum of the counters
+  double range = 0;    // J, sum of the values at which the counters start again at zero
+};
+
+/// Reads the energy counters (RAPL) below `powercap`, which is /sys/class/powercap on Linux. No value: the machine has
+/// no such counter, or this user may not read it.
+std::optional<PackageEnergy> read_package_energy(const std::filesystem::path& powercap);
+/// Returns the energy in J that was used between two readings. A counter may have started again at zero once.
+double energy_between(const PackageEnergy& before, const PackageEnergy& after);
+
+/// Adds rows for a live session without a picture, at rest and while it drills. `quick`: shorter sessions.
+void energy_rows(bool quick, std::vector<BenchRow>& rows);
+
+}  // namespace typodont
