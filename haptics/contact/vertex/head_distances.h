@@ -17,10 +17,12 @@ class HeadDistances {
   /// `most`: largest number of points in one call.
   explicit HeadDistances(std::size_t most);
 
-  /// Evaluates the listed points for a head at X_WG, and keeps the points that are at most `far` metres from the head,
-  /// in the same order.
-  void find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
-            const Pose& X_WG, double far) noexcept;
+  /// Finds the points that are at most `far` metres from a head at X_WG, in the order of the list. The distances that
+  /// are stored in the list show which points cannot be so near.
+  void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far) noexcept;
+  /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
+  /// and stores the distances of the others in the list.
+  void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
 
   /// Returns the largest number of points in one call.
   std::size_t most() const noexcept { return most_; }
@@ -34,6 +36,8 @@ class HeadDistances {
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
+  void evaluate(const VertexHead& head, std::size_t count, const glm::dmat3& R_WT, double far) noexcept;
+
   std::size_t most_, size_ = 0;
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre

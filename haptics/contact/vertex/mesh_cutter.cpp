@@ -91,17 +91,30 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
   const glm::dmat3 R(glm::mat3_cast(X.R));
-  return {head, X.p, R, glm::transpose(R)};
+  return {head, X, X.p, R, glm::transpose(R)};
 }
 
-void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin) noexcept {
+void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept {
+  // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
+  // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
+  constexpr double kMotion = 1.5;
   near_.clear();
   const glm::vec3 c(head.p), axis(head.R_WT[2]);
   const dvec3 half = head.head.half_box(head.R_WT[2]) + margin;
   const auto most = static_cast<float>(margin);
-  mesh.near(head.p - half, head.p + half, [&](Index f) {
+  const auto add = [&](Index f) {
     if (head.head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
-  });
+  };
+  const dvec3 lo = head.p - half, hi = head.p + half;
+  const double moved = displacement_bound(known.X_W, head.X_W, head.head.is_ball() ? 0 : head.head.reach());
+  if (margin + kMotion * moved + kRounding <= known.within) {
+    const glm::vec3 near_lo(lo), near_hi(hi);
+    for (const Index f : known.faces) {
+      if (mesh.may_meet(f, near_lo, near_hi)) add(f);
+    }
+  } else {
+    mesh.near(lo, hi, add);
+  }
   sort_near();
 }
 
@@ -512,8 +525,9 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   return false;
 }
 
-void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  gather(mesh, head, P::longest * edge);
+void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, const KnownFaces& known,
+                      CutDone& done) noexcept {
+  gather(mesh, head, P::longest * edge, known);
   refine(mesh, head, edge, done);
   find_inside(mesh, head, edge, done);
   if (moved_.empty()) return;
@@ -534,14 +548,15 @@ void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDo
 }
 
 CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
-                        double edge) noexcept {
+                        double edge, const KnownFaces& known) noexcept {
   CutDone done;
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
   const int steps = static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps));
   for (int i = 1; i <= steps && !done.held; ++i) {
     const Pose X = i == steps ? X_WB : interpolate(X_WA, X_WB, static_cast<double>(i) / steps);
-    step(mesh, place(head, X), edge, done);
+    // The first step changes the mesh, so the known faces are only used in this step.
+    step(mesh, place(head, X), edge, i == 1 ? known : KnownFaces{}, done);
   }
   return done;
 }
@@ -549,7 +564,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
   CutDone done;
   const Placed placed = place(head, X_WB);
-  gather(mesh, placed, 0);
+  gather(mesh, placed, 0, {});
   moved_.clear();
   ++look_;
   for (const Index f : near_) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/contract/contact.h"
@@ -55,6 +56,13 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
+/// Faces that are already known to be near a head.
+struct KnownFaces {
+  std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
+  Pose X_W;
+  double within = 0;  // m; 0: no faces are known
+};
+
 /// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
 class MeshCutter {
  public:
@@ -63,9 +71,9 @@ class MeshCutter {
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
-  /// edge length of the cut surface, m.
-  CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
-              double edge) noexcept;
+  /// edge length of the cut surface, m. `known`: saves a search of the mesh; it has no effect on the result.
+  CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge,
+              const KnownFaces& known = {}) noexcept;
   /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
@@ -85,6 +93,7 @@ class MeshCutter {
   /// A head at a given pose.
   struct Placed {
     const VertexHead& head;
+    Pose X_W;
     dvec3 p;
     glm::dmat3 R_WT, R_TW;
     dvec3 to_tool(const dvec3& p_W) const noexcept { return head.is_ball() ? p_W - p : R_TW * (p_W - p); }
@@ -97,8 +106,8 @@ class MeshCutter {
   };
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
-  void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
+  void step(mesh::EditableMesh& mesh, const Placed& head, double edge, const KnownFaces& known, CutDone& done) noexcept;
+  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;

@@ -51,7 +51,6 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   }
   near_.reserve(kMostFaces);
   samples_.reserve(kMostSamples);
-  candidates_.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -95,7 +94,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
     return glm::dot(off, off) > reach * reach;
   };
   near_.clear();
-  points_.clear(p);
+  points_.clear(X);
   samples_.clear();
   const glm::vec3 c(p);
   const dvec3 half = head.half_box(glm::mat3_cast(X.R)[2]) + margin;
@@ -110,7 +109,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
       if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
-  keep_within(head, X, margin, 0);
+  keep_within(head, margin, 0);
   const std::size_t vertices = samples_.size();
   for (std::size_t i = 0; i < vertices; ++i) snapshot_.sample_of[samples_[i].v] = static_cast<std::uint32_t>(i);
   for (const Index f : near_) {
@@ -133,20 +132,17 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
       }
     }
   }
-  keep_within(head, X, margin, vertices);
+  keep_within(head, margin, vertices);
 }
 
 /// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
 /// because such points were not added to its list.
-void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
+void VertexModel::keep_within(const VertexHead& head, double margin, std::size_t first) noexcept {
   if (head.is_ball() || first == samples_.size()) return;
-  candidates_.clear();
-  for (std::size_t i = first; i < samples_.size(); ++i) candidates_.push_back(static_cast<std::uint32_t>(i));
-  distances_.find(head, points_, candidates_, X, margin);
+  distances_.keep_within(head, points_, first, margin);
   std::size_t kept = first;
   for (const std::uint32_t i : distances_.kept()) samples_[kept++] = samples_[i];
   samples_.resize(kept);
-  points_.keep(first, distances_.kept());
 }
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
@@ -159,22 +155,36 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
 
 /// Returns the largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
-  return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
+  return displacement_bound(points_.listed_at(), X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid.
-void VertexModel::list_where_needed(const Pose& X) noexcept {
+/// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list,
+/// because it moves little before it changes the mesh. A list without points is always a complete one.
+void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
-  gather(head(), edge(), X, (FollowParameters::margin + P::probe) * radius);
-  found_ = true, found_at_ = X;
+  const double probe = P::probe * radius, complete = FollowParameters::margin * radius + probe;
+  const double soon = std::max(probe, CutParameters::longest * edge()) + P::short_list * radius;
+  found_within_ = cuts ? std::min(soon, complete) : complete;
+  gather(head(), edge(), X, found_within_);
+  if (points_.empty() && found_within_ < complete) gather(head(), edge(), X, found_within_ = complete);
+  found_ = true;
+}
+
+/// Completes a short list that does not contain all points within the distance `far` (m) of the head at X. The complete
+/// list belongs to the same pose of the head, so short lists save time and have no effect on the result.
+void VertexModel::complete_list(const Pose& X, double far) noexcept {
+  const double complete = (FollowParameters::margin + P::probe) * head().radius();
+  if (found_within_ >= complete || moved_since_listing(X) + far <= found_within_) return;
+  gather(head(), edge(), Pose(points_.listed_at()), found_within_ = complete);
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
   if (eases_ && eased_ != dvec3(0)) return 0;  // the force of the last contact is still fading
-  list_where_needed(X_WG);
+  list_where_needed(X_WG, false);
+  complete_list(X_WG, (FollowParameters::margin - FollowParameters::kept + P::probe) * head().radius());
   const double reach = head().reach();
   if (!points_.empty()) {
     const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
@@ -221,7 +231,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   Springs sum;
   const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
   const double within = is_ball ? 0 : probe;
-  distances_.find(head(), points_, points_.within(at.p, head().reach() + within), at, within);
+  distances_.find(head(), points_, at, within);
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Sample& sample = samples_[distances_.point(i)];
     const double distance = distances_.distance(i);
@@ -293,9 +303,9 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // With zero slack, a head with a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because
   // the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
-    list_where_needed({p, in.X_WT.R});
-  });
+  const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
+  const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
+  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete);
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -306,6 +316,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
   const dvec3 way = pull / depth;
+  complete(out.p_WG, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
   // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
@@ -373,7 +384,9 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
-  const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
+  const KnownFaces known{near_, points_.listed_at(), found_ ? found_within_ : 0};
+  const CutDone done =
+      make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to, known);
   found_ = false;
   if (in.scrapes) {
     const double estimated = springs_.across * met_ * glm::distance(from.p, to.p);

@@ -36,6 +36,9 @@ struct FeelParameters {
   // A head whose distance to the nearest point is smaller than this cannot move freely. Ratio to the head's radius.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
+  // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
+  // before a short list must be completed.
+  static constexpr double short_list = 0.05;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
@@ -82,9 +85,10 @@ class VertexModel final : public ContactModel {
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
-  void list_where_needed(const Pose& X) noexcept;
+  void list_where_needed(const Pose& X, bool cuts) noexcept;
+  void complete_list(const Pose& X, double far) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
-  void keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept;
+  void keep_within(const VertexHead& head, double margin, std::size_t first) noexcept;
   void add(const dvec3& p_W, const Sample& sample) noexcept {
     if (points_.add(p_W)) samples_.push_back(sample);
   }
@@ -108,13 +112,12 @@ class VertexModel final : public ContactModel {
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
   std::vector<Sample> samples_;  // properties of the points in points_, in the same order
-  bool found_ = false;           // true if the list of points belongs to found_at_ and the mesh has not changed since
-  Pose found_at_;
+  bool found_ = false;     // true if the mesh has not changed since the points were listed
+  double found_within_ = 0;  // m, all points within this distance of the head at points_.listed_at() are listed
   bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_{kMostSamples};
   HeadFollower follower_{distances_};
-  std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
   RecentCuts<MadeCut> made_;
 };
