@@ -11,7 +11,7 @@
 namespace typodont::haptics::vertex {
 
 /// Computes the distances of eight points at the same time. The results have the same bits as those of
-/// VertexHead::distance(), on every processor. Servo thread; allocates memory only at construction.
+/// VertexHead::distance(), on every processor. Any thread; allocates memory only at construction.
 class HeadDistances {
  public:
   /// `most`: largest number of points in one call.
@@ -23,6 +23,18 @@ class HeadDistances {
   /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
   /// and stores the distances of the others in the list.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
+
+  // The same for points that are in no list: clear(), then add() for each point, then evaluate().
+  void clear() noexcept { size_ = 0; }
+  bool full() const noexcept { return size_ == most_; }
+  /// Adds a point with any index, at `off_W` (m, frame W) from the head's centre.
+  void add(std::uint32_t index, const dvec3& off_W) noexcept {
+    index_[size_] = index;
+    x_[size_] = off_W.x, y_[size_] = off_W.y, z_[size_] = off_W.z;
+    ++size_;
+  }
+  /// Keeps the added points whose distance from a head in this orientation is at most `far` (m).
+  void evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept;
 
   /// Returns the largest number of points in one call.
   std::size_t most() const noexcept { return most_; }
@@ -36,8 +48,6 @@ class HeadDistances {
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
-  void evaluate(const VertexHead& head, std::size_t count, const glm::dmat3& R_WT, double far) noexcept;
-
   std::size_t most_, size_ = 0;
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre

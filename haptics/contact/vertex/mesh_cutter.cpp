@@ -86,6 +86,7 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   affected_.reserve(mesh.face_room());
   suspects_.reserve(2 * mesh.face_room());
   for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_room() + kBatch);
+  ball_at_.resize(mesh.face_room());
   overlapping_.resize(mesh.face_room() + kBatch);
 }
 
@@ -226,17 +227,13 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   ++look_;
   const double most2 = P::farthest * P::farthest * edge * edge;
   const glm::vec3 axis(head.R_WT[2]);
-  for (const Index f : near_) {
-    for (const Index v : mesh.face(f).v) {
-      if (!see_vertex(v)) continue;
-      place_of_[v] = kNone;
+  const auto move_found = [&] {
+    distances_.evaluate(head.head, head.R_WT, -P::overlap);
+    for (std::size_t i = 0; i < distances_.size(); ++i) {
+      const Index v = distances_.point(i);
       const mesh::Vertex& vertex = mesh.vertex(v);
-      const dvec3 from = vertex.p - head.p;
-      if (!head.head.may_be_within(glm::vec3(from), axis, 0)) continue;
-      dvec3 n, to;
-      const double d = head.distance(vertex.p, n);
-      if (d >= -P::overlap) continue;
-      if (vertex.on_border() || !push_direction(mesh, head, v, n, -d, to) ||
+      dvec3 to;
+      if (vertex.on_border() || !push_direction(mesh, head, v, distances_.normal_W(i), -distances_.distance(i), to) ||
           glm::dot(to - vertex.p, to - vertex.p) > most2) {
         done.held = true;
         continue;
@@ -244,7 +241,20 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
       place_of_[v] = static_cast<std::uint32_t>(moved_.size());
       moved_.push_back({v, vertex, to, false});
     }
+    distances_.clear();
+  };
+  distances_.clear();
+  for (const Index f : near_) {
+    for (const Index v : mesh.face(f).v) {
+      if (!see_vertex(v)) continue;
+      place_of_[v] = kNone;
+      const dvec3 from = mesh.vertex(v).p - head.p;
+      if (!head.head.may_be_within(glm::vec3(from), axis, 0)) continue;
+      if (distances_.full()) move_found();
+      distances_.add(v, from);
+    }
   }
+  move_found();
 }
 
 /// Lists the faces around the vertices that will move, with their volume and normal before the motion.
@@ -293,40 +303,66 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
-/// Copies the bounding balls of the faces near the head into arrays.
-void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
-  const std::size_t count = near_.size();
-  for (std::size_t k = 0; k < count; ++k) {
+/// Copies the bounding balls of the faces near the head into arrays, sorted into slices along the longest side of their
+/// box. A ball then overlaps only balls in a few slices. Balls of large faces follow after all slices.
+void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
+  glm::vec3 lo(1e30f), hi(-1e30f);
+  for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
+  const glm::vec3 size = hi - lo;
+  slice_axis_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  slice_lo_ = lo[slice_axis_];
+  slices_per_m_ = kSlices / std::max(size[slice_axis_], 1e-9f);
+  widest_ = static_cast<float>(edge);
+  const auto slice_of = [&](Index f) {
+    return mesh.ball_radius(f) > widest_ ? kSlices : slice_at(mesh.ball_center(f)[slice_axis_]);
+  };
+  slice_start_.fill(0);
+  for (const Index f : near_) ++slice_start_[static_cast<std::size_t>(slice_of(f)) + 1];
+  std::partial_sum(slice_start_.begin(), slice_start_.end(), slice_start_.begin());
+  std::array<std::uint32_t, kSlices + 2> next = slice_start_;
+  for (std::size_t k = 0; k < near_.size(); ++k) {
+    const std::size_t at = next[static_cast<std::size_t>(slice_of(near_[k]))]++;
     const glm::vec3& c = mesh.ball_center(near_[k]);
-    ball_x_[k] = c.x, ball_y_[k] = c.y, ball_z_[k] = c.z, ball_r_[k] = mesh.ball_radius(near_[k]);
+    ball_x_[at] = c.x, ball_y_[at] = c.y, ball_z_[at] = c.z, ball_r_[at] = mesh.ball_radius(near_[k]);
+    ball_at_[at] = static_cast<std::uint32_t>(k);
   }
 }
 
-/// Returns a face near the head that intersects face f, or kNone. Tests only pairs of faces of which at least one has
+/// Returns the first face in near_ that intersects face f, or kNone. Tests only pairs of faces of which at least one has
 /// changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
-  const std::size_t count = list_overlapping(ball_x_.data(), ball_y_.data(), ball_z_.data(), ball_r_.data(),
-                                             near_.size(), &c.x, mesh.ball_radius(f), overlapping_.data());
+  const float r = mesh.ball_radius(f);
   const bool changed = face_seen_[f] == look_;
   const mesh::Corners corners = mesh::corners(mesh, f);
   const dvec3 n = normal2(mesh, f);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Index g = near_[overlapping_[k]];
-    if (g == f || !(changed || face_seen_[g] == look_)) continue;
-    // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
-    // other pairs of faces intersect too.
-    const mesh::Face& other = mesh.face(g);
-    bool shares = false;
-    for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
-    if (shares) {
-      const dvec3 m = normal2(mesh, g);
-      const double d = glm::dot(n, m);
-      if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
+  std::uint32_t first = kNone;
+  const auto test = [&](std::size_t from, std::size_t to) {
+    const std::size_t count =
+        list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from, ball_r_.data() + from,
+                         to - from, &c.x, r, overlapping_.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = ball_at_[from + overlapping_[i]];
+      const Index g = near_[k];
+      if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
+      // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
+      // other pairs of faces intersect too.
+      const mesh::Face& other = mesh.face(g);
+      bool shares = false;
+      for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
+      if (shares) {
+        const dvec3 m = normal2(mesh, g);
+        const double d = glm::dot(n, m);
+        if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
+      }
+      if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) first = k;
     }
-    if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) return g;
-  }
-  return kNone;
+  };
+  const float at = c[slice_axis_], reach = r + widest_ + static_cast<float>(kRounding);
+  test(slice_start_[static_cast<std::size_t>(slice_at(at - reach))],
+       slice_start_[static_cast<std::size_t>(slice_at(at + reach)) + 1]);
+  test(slice_start_[kSlices], slice_start_[kSlices + 1]);
+  return first == kNone ? kNone : near_[first];
 }
 
 /// Prevents self-intersection of the surface. While all faces near the head face its centre, the surface is star-shaped
@@ -338,16 +374,20 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
     ++edge_look_;
-    list_balls(mesh);
     suspects_.clear();
     for (const Index f : near_) {
+      // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
+      const bool changed = is_affected(f);
+      const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+      // A quick test with the bounding ball, before the corners are read.
+      if (!head.head.may_be_within(mesh.ball_center(f) - glm::vec3(head.p), axis,
+                                   static_cast<float>(within + kRounding))) {
+        continue;
+      }
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
       const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
       if (cosine < most) continue;
-      // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
-      const bool changed = is_affected(f);
-      const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
       if (!head.head.may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
       if (!head.head.is_ball() && head.distance(way + head.p) > within) continue;
       thin_ = true;
@@ -357,6 +397,7 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
     // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
     // vertex with a face that faces away are tested too.
     if (!suspects_.empty()) {
+      list_balls(mesh, edge);
       const std::size_t looking_away = suspects_.size();
       for (const Affected& a : affected_) {
         const Index* const v = mesh.face(a.f).v;

@@ -3,11 +3,14 @@
 // afterwards.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "engine/contract/contact.h"
+#include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/vertex_head.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/mesh/crossing.h"
@@ -79,6 +82,9 @@ class MeshCutter {
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
+  static constexpr int kSlices = 32;
+  static constexpr std::size_t kMostTogether = 1024;  // largest number of distances that are computed at once
+
   struct Moved {
     mesh::Index v;
     mesh::Vertex before;
@@ -116,7 +122,7 @@ class MeshCutter {
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void prevent_intersection(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
-  void list_balls(const mesh::EditableMesh& mesh) noexcept;
+  void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
@@ -127,6 +133,10 @@ class MeshCutter {
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
+  /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
+  int slice_at(float x) const noexcept {
+    return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
+  }
   bool see_vertex(mesh::Index v) noexcept {
     if (vertex_seen_[v] == look_) return false;
     vertex_seen_[v] = look_;
@@ -147,8 +157,14 @@ class MeshCutter {
   // for each vertex: number of the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_
-  // indices of near_: faces whose bounding balls overlap the ball of the face under test
+  HeadDistances distances_{kMostTogether};
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_, in slices
+  std::vector<std::uint32_t> ball_at_;                    // for each ball: index of its face in near_
+  int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
+  float slice_lo_ = 0, slices_per_m_ = 0;
+  float widest_ = 0;  // m, largest radius of a ball in the slices
+  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
+  // balls that overlap the ball of the face under test
   std::vector<std::uint32_t> overlapping_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;

@@ -1,6 +1,7 @@
 #include "haptics/contact/vertex/vertex_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -114,10 +115,17 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   for (std::size_t i = 0; i < vertices; ++i) snapshot_.sample_of[samples_[i].v] = static_cast<std::uint32_t>(i);
   for (const Index f : near_) {
     const int n = parts_of(mesh, f, edge);
-    const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
-    for (const Index v : mesh.face(f).v) {
+    std::array<Sample*, 3> corners{};
+    bool any = n > 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index v = mesh.face(f).v[i];
       const std::size_t at = snapshot_.sample_of[v];
-      if (at < vertices && samples_[at].v == v) samples_[at].area += area;
+      if (at < vertices && samples_[at].v == v) corners[i] = &samples_[at], any = true;
+    }
+    if (!any) continue;
+    const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
+    for (Sample* corner : corners) {
+      if (corner) corner->area += area;
     }
     if (n == 1) continue;
     const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &d = mesh.point(f, 2);
