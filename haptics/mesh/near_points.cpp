@@ -56,7 +56,12 @@ std::size_t list_at_most(const float* distance, std::size_t count, float far, st
 }  // namespace
 
 NearPoints::NearPoints(std::size_t most)
-    : most_(most), x_(most + kBatch), y_(most + kBatch), z_(most + kBatch), distance_(most + kBatch), at_(most + kBatch) {
+    : most_(most),
+      x_(most + kBatch),
+      y_(most + kBatch),
+      z_(most + kBatch),
+      distance_(most + kBatch),
+      at_(most + kBatch) {
   points_.reserve(most);
 }
 
@@ -94,8 +99,7 @@ std::span<const std::uint32_t> NearPoints::within(const dvec3& p, double reach) 
 }
 
 std::span<const std::uint32_t> NearPoints::listed_within(double far) noexcept {
-  return {at_.data(),
-          list_at_most(distance_.data(), points_.size(), static_cast<float>(far + kRounding), at_.data())};
+  return {at_.data(), list_at_most(distance_.data(), points_.size(), static_cast<float>(far + kRounding), at_.data())};
 }
 
 }  // namespace typodont::haptics::mesh

@@ -46,7 +46,7 @@ class NearPoints {
   // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last
   // batch is read completely.
   std::vector<float> x_, y_, z_;
-  std::vector<float> distance_;  // m, stored distance from the head at listed_at_; negative and large: none is stored
+  std::vector<float> distance_;    // m, stored distance from the head at listed_at_; negative and large: none is stored
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };
 

@@ -74,9 +74,16 @@ class MeshCutter {
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
-  /// edge length of the cut surface, m. `known`: saves a search of the mesh; it has no effect on the result.
-  CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge,
-              const KnownFaces& known = {}) noexcept;
+  /// edge length of the cut surface, m.
+  CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
+              double edge) noexcept;
+  /// Does the same in parts: begin(), then work() until it returns true, then done(). `head` must exist until then, and
+  /// nothing else may change the mesh. work() stops when its effort exceeds the reading and writing of about `most`
+  /// faces. Between the parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no
+  /// effect on the result, and neither has `known`, which saves a search of the mesh.
+  void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
+  bool work(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
+  const CutDone& done() const noexcept { return done_; }
   /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
@@ -98,21 +105,33 @@ class MeshCutter {
   };
   /// A head at a given pose.
   struct Placed {
-    const VertexHead& head;
+    const VertexHead* head = nullptr;
     Pose X_W;
-    dvec3 p;
-    glm::dmat3 R_WT, R_TW;
-    dvec3 to_tool(const dvec3& p_W) const noexcept { return head.is_ball() ? p_W - p : R_TW * (p_W - p); }
-    double distance(const dvec3& p_W) const noexcept { return head.distance(to_tool(p_W)); }
+    dvec3 p{0};
+    glm::dmat3 R_WT{1}, R_TW{1};
+    dvec3 to_tool(const dvec3& p_W) const noexcept { return head->is_ball() ? p_W - p : R_TW * (p_W - p); }
+    double distance(const dvec3& p_W) const noexcept { return head->distance(to_tool(p_W)); }
     double distance(const dvec3& p_W, dvec3& n_W) const noexcept {
-      const double d = head.distance(to_tool(p_W), n_W);
-      if (!head.is_ball()) n_W = R_WT * n_W;
+      const double d = head->distance(to_tool(p_W), n_W);
+      if (!head->is_ball()) n_W = R_WT * n_W;
       return d;
     }
   };
 
+  /// The cut that begin() has begun.
+  struct Job {
+    const VertexHead* head = nullptr;
+    Pose X_WA, X_WB;
+    double edge = 0;          // m, edge length of the cut surface
+    int steps = 0, step = 0;  // number of straight steps, and number of those that have begun
+  };
+  /// The next part of a cut. Each step of the head passes through all stages from kFind to kFinish.
+  enum class Stage : std::uint8_t { kNextStep, kFind, kMove, kSelect, kTest, kFinish, kDone };
+
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
-  void step(mesh::EditableMesh& mesh, const Placed& head, double edge, const KnownFaces& known, CutDone& done) noexcept;
+  std::size_t effort() const noexcept;
+  void move_inside(mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void finish_step(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
   void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -121,7 +140,8 @@ class MeshCutter {
                       dvec3& to) const noexcept;
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void prevent_intersection(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void select_suspects(const mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void test_suspects(mesh::EditableMesh& mesh, std::size_t most) noexcept;
   void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
@@ -162,13 +182,21 @@ class MeshCutter {
   std::vector<std::uint32_t> ball_at_;                    // for each ball: index of its face in near_
   int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
-  float widest_ = 0;  // m, largest radius of a ball in the slices
+  float widest_ = 0;                                      // m, largest radius of a ball in the slices
   std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
   // balls that overlap the ball of the face under test
   std::vector<std::uint32_t> overlapping_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
+  // The state of a cut between its parts.
+  Job job_;
+  Placed head_;  // head of the present step
+  Stage stage_ = Stage::kDone;
+  std::size_t tested_ = 0;  // number of suspects that have been tested in this round
+  bool held_ = false;       // true if vertices were moved back in this round
+  int rounds_ = 0;          // number of rounds of the intersection test in this step
+  CutDone done_;
 };
 
 /// Returns six times the signed volume of the tetrahedron formed by a triangle and a point.

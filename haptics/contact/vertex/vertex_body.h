@@ -92,8 +92,8 @@ class VertexBody final : public TissueBody {
 
 /// Executes a cut. Servo and carver both call this function, so their meshes stay equal bit by bit.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
-                        bool as_printed, const Pose& X_WA, const Pose& X_WB, const KnownFaces& known = {}) noexcept {
-  return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge, known);
+                        bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
+  return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);
 }
 
 }  // namespace typodont::haptics::vertex

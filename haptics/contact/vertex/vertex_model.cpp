@@ -18,7 +18,10 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-constexpr double kNextShell = 4;             // ratio of the widths of two successive search shells
+// first version of the servo's force laws that divides long cuts over several ticks
+constexpr std::uint32_t kLawsOfParts = 9;
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
 
@@ -80,12 +83,14 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   found_ = touching_ = false;
+  part_.open = false;  // the new mesh lacks an unfinished cut, of which nobody else knows
 }
 
 /// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
 /// refinement would add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   ++t_search_counts.vertices;
+  if (part_.open) continue_cut(kNoLimit);  // the mesh is read, so it must not be in the middle of a cut
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
@@ -301,6 +306,7 @@ void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& 
 
 void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   springs_ = {};
+  out.places = part_.open;
   if (snapshot_.number == 0) {
     out.p_WG = in.X_WT.p;
     out.lost = true;
@@ -319,7 +325,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
   out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
-  out.settled = !out.touching;
+  out.settled = !out.touching && !part_.open;
   touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
@@ -382,6 +388,30 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 }
 
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  const bool began = !part_.open;
+  if (began && !begin_cut(in, contact)) return false;
+  if (!continue_cut(settings_.laws < kLawsOfParts || part_.scrapes ? kNoLimit : P::most_faces)) return false;
+  part_.open = found_ = false;
+  const CutDone& done = part_.done;
+  if (part_.scrapes) {
+    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::least_met, 1.0);
+  }
+  if (!done.changed) return false;
+  made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
+  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, done.removed, {}, in.spindle};
+  for (std::size_t t = 1; t < done.removed.size(); ++t) {
+    energy += done.removed[t] * settings_.materials[t].specific_energy;
+  }
+  energy = std::max(energy, 0.0);
+  // If the cut took several ticks, the hand may have moved the head away in the meantime.
+  const double left = glm::distance(part_.to.p, in.X_WT.p);
+  if (!done.held && (began || left < glm::distance(contact.p_WG, in.X_WT.p))) contact.p_WG = part_.to.p;
+  return true;
+}
+
+/// Chooses the displacement of the head that the energy pays for, and begins to cut. Returns false if there is nothing
+/// to cut.
+bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noexcept {
   if (!(in.cuts && !in.must_earn && contact.touching && springs_.count > 0)) return false;
   Pose from{contact.p_WG, in.X_WT.R}, to = in.X_WT;
   if (!parameters_.as_printed) {
@@ -392,22 +422,20 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
+  part_ = {true, in.scrapes, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p), {}};
+  snapshot_.cutter.begin(head(), from, to, edge());
+  return true;
+}
+
+/// Continues the cut by the effort of reading and writing about `most` faces. Returns true if the cut is finished.
+bool VertexModel::continue_cut(std::size_t most) noexcept {
+  if (parameters_.as_printed) {
+    part_.done = snapshot_.cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
+    return true;
+  }
   const KnownFaces known{near_, points_.listed_at(), found_ ? found_within_ : 0};
-  const CutDone done =
-      make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to, known);
-  found_ = false;
-  if (in.scrapes) {
-    const double estimated = springs_.across * met_ * glm::distance(from.p, to.p);
-    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / estimated - 1)), P::least_met, 1.0);
-  }
-  if (!done.changed) return false;
-  made_.add(made_.last() + 1, {from, to, tool_, done.removed});
-  cut = {made_.last(), in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};
-  for (std::size_t t = 1; t < done.removed.size(); ++t) {
-    energy += done.removed[t] * settings_.materials[t].specific_energy;
-  }
-  energy = std::max(energy, 0.0);
-  if (!done.held) contact.p_WG = to.p;
+  if (!snapshot_.cutter.work(snapshot_.mesh, known, most)) return false;
+  part_.done = snapshot_.cutter.done();
   return true;
 }
 

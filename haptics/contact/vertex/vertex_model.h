@@ -39,6 +39,8 @@ struct FeelParameters {
   // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
   // before a short list must be completed.
   static constexpr double short_list = 0.05;
+  // Effort of a cut in one tick, in faces that are read and written once. A longer cut is divided over several ticks.
+  static constexpr std::size_t most_faces = 1200;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
@@ -82,6 +84,8 @@ class VertexModel final : public ContactModel {
 
   const VertexHead& head() const noexcept { return heads_[tool_]; }
   double edge() const noexcept { return edges_[tool_]; }
+  bool begin_cut(const ContactInput& in, const Contact& contact) noexcept;
+  bool continue_cut(std::size_t most) noexcept;
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
@@ -112,13 +116,22 @@ class VertexModel final : public ContactModel {
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
   std::vector<Sample> samples_;  // properties of the points in points_, in the same order
-  bool found_ = false;     // true if the mesh has not changed since the points were listed
-  double found_within_ = 0;  // m, all points within this distance of the head at points_.listed_at() are listed
-  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
+  bool found_ = false;           // true if the mesh has not changed since the points were listed
+  double found_within_ = 0;      // m, all points within this distance of the head at points_.listed_at() are listed
+  bool touching_ = false;        // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};         // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_{kMostSamples};
   HeadFollower follower_{distances_};
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
+  /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
+  struct PartialCut {
+    bool open = false;  // true until the servo has been told of the cut
+    bool scrapes = false;
+    std::uint32_t tool = 0;
+    Pose from, to;
+    double estimated = 0;  // m³, volume that was expected when the cut began
+    CutDone done;
+  } part_;
   RecentCuts<MadeCut> made_;
 };
 
