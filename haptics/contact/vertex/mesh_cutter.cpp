@@ -601,13 +601,14 @@ void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_W
   stage_ = Stage::kNextStep;
 }
 
-/// Returns the approximate effort of the next stage, in faces that are read and written once.
+/// Returns the approximate effort of the next stage, in faces whose vertices are tested once. The ratios are measured.
 std::size_t MeshCutter::effort() const noexcept {
   switch (stage_) {
     case Stage::kFind:
       return near_.size();
     case Stage::kMove:
-      return 2 * moved_.size();
+      return 4 * moved_.size();
+    case Stage::kRefine:
     case Stage::kSelect:
       return near_.size() / 2;
     case Stage::kFinish:
@@ -618,7 +619,7 @@ std::size_t MeshCutter::effort() const noexcept {
 }
 
 bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
-  constexpr std::size_t kTest = 16;  // effort of the test of one suspect, in faces
+  constexpr std::size_t kTest = 32;  // effort of the test of one suspect, in faces
   std::size_t spent = 0;
   while (stage_ != Stage::kDone && (spent == 0 || spent + effort() <= most)) {
     const double edge = job_.edge;
@@ -636,11 +637,14 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, std::size_t m
         // The first step changes the mesh, so the known faces are only used in this step.
         gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
         spent += near_.size() / 2;
-        stage_ = Stage::kFind;
+        stage_ = Stage::kRefine;
         break;
       }
-      case Stage::kFind:
+      case Stage::kRefine:
         refine(mesh, head_, edge, done_);
+        stage_ = Stage::kFind;
+        break;
+      case Stage::kFind:
         find_inside(mesh, head_, edge, done_);
         stage_ = moved_.empty() ? Stage::kNextStep : Stage::kMove;
         break;

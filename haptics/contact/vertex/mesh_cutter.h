@@ -78,9 +78,9 @@ class MeshCutter {
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Does the same in parts: begin(), then work() until it returns true, then done(). `head` must exist until then, and
-  /// nothing else may change the mesh. work() stops when its effort exceeds the reading and writing of about `most`
-  /// faces. Between the parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no
-  /// effect on the result, and neither has `known`, which saves a search of the mesh.
+  /// nothing else may change the mesh. work() stops before its effort exceeds the test of about `most` faces. Between
+  /// the parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no effect on the
+  /// result, and neither has `known`, which saves a search of the mesh.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
@@ -125,8 +125,8 @@ class MeshCutter {
     double edge = 0;          // m, edge length of the cut surface
     int steps = 0, step = 0;  // number of straight steps, and number of those that have begun
   };
-  /// The next part of a cut. Each step of the head passes through all stages from kFind to kFinish.
-  enum class Stage : std::uint8_t { kNextStep, kFind, kMove, kSelect, kTest, kFinish, kDone };
+  /// The next part of a cut. Each step of the head passes through all stages from kRefine to kFinish.
+  enum class Stage : std::uint8_t { kNextStep, kRefine, kFind, kMove, kSelect, kTest, kFinish, kDone };
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   std::size_t effort() const noexcept;

@@ -390,7 +390,9 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool began = !part_.open;
   if (began && !begin_cut(in, contact)) return false;
-  if (!continue_cut(settings_.laws < kLawsOfParts || part_.scrapes ? kNoLimit : P::most_faces)) return false;
+  // If vertices stay inside the head, the head soon slides over them, so the next cut must not wait.
+  const bool at_once = settings_.laws < kLawsOfParts || part_.scrapes || part_.stayed;
+  if (!continue_cut(at_once ? kNoLimit : P::most_faces)) return false;
   part_.open = found_ = false;
   const CutDone& done = part_.done;
   if (part_.scrapes) {
@@ -422,12 +424,13 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
-  part_ = {true, in.scrapes, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p), {}};
+  part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
+           {}};
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }
 
-/// Continues the cut by the effort of reading and writing about `most` faces. Returns true if the cut is finished.
+/// Continues the cut by the effort of testing about `most` faces. Returns true if the cut is finished.
 bool VertexModel::continue_cut(std::size_t most) noexcept {
   if (parameters_.as_printed) {
     part_.done = snapshot_.cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);

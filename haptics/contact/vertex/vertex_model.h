@@ -39,8 +39,8 @@ struct FeelParameters {
   // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
   // before a short list must be completed.
   static constexpr double short_list = 0.05;
-  // Effort of a cut in one tick, in faces that are read and written once. A longer cut is divided over several ticks.
-  static constexpr std::size_t most_faces = 1200;
+  // Effort of a cut in one tick, in faces whose vertices are tested once. A longer cut is divided over several ticks.
+  static constexpr std::size_t most_faces = 2000;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
@@ -127,6 +127,7 @@ class VertexModel final : public ContactModel {
   struct PartialCut {
     bool open = false;  // true until the servo has been told of the cut
     bool scrapes = false;
+    bool stayed = false;  // true if vertices stayed inside the head in the cut before
     std::uint32_t tool = 0;
     Pose from, to;
     double estimated = 0;  // m³, volume that was expected when the cut began
