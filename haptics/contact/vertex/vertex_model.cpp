@@ -185,7 +185,8 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
 }
 
 /// Completes a short list that does not contain all points within the distance `far` (m) of the head at X. The complete
-/// list belongs to the same pose of the head, so short lists save time and have no effect on the result.
+/// list belongs to the same pose of the head, so the length of a list has no effect on the contact. But an open cut is
+/// finished before a list is completed, because the mesh must be read.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (found_within_ >= complete || moved_since_listing(X) + far <= found_within_) return;
