@@ -57,7 +57,8 @@ struct Contact {
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // the tool remains in the tissue as an implant; the servo then calls cut() even if the tool does not cut
+  // the tool remains in the tissue as an implant, or a cut is not finished; the servo then calls cut() even if the tool
+  // does not cut
   bool places = false;
   // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
   dvec3 contact_direction{0};

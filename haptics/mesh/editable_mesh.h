@@ -155,6 +155,8 @@ class EditableMesh {
           }
     }
   }
+  /// Returns false if near() would not visit face f for this box, because the ball around the face is outside the box.
+  bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }

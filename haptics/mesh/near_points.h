@@ -17,29 +17,36 @@ class NearPoints {
   /// `most` is the largest number of points.
   explicit NearPoints(std::size_t most);
 
-  /// Removes all points. `center` (m, in W) is a position near all points that will be added.
-  void clear(const dvec3& center) noexcept;
+  /// Removes all points. `head_W` is the pose of the head for which points will be listed; all points are near it.
+  void clear(const Pose& head_W) noexcept;
   /// Adds a point (m, in W). Returns false if the list is full.
   bool add(const dvec3& p_W) noexcept;
   /// Removes the points from index `first` to the end, except those whose indices are in `kept` (in increasing order).
-  void keep(std::size_t first, std::span<const std::uint32_t> kept) noexcept;
+  /// Stores the distance (m) of each kept point from the head at listed_at().
+  void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }
   bool full() const noexcept { return points_.size() == most_; }
   const dvec3& operator[](std::size_t i) const noexcept { return points_[i]; }
+  /// Returns the pose of the head for which the points are listed.
+  const Pose& listed_at() const noexcept { return listed_at_; }
 
   /// Returns the indices, in increasing order, of all points within `reach` (m) of p. Some points that are slightly
   /// farther away may be included. The result is valid until the next call.
   std::span<const std::uint32_t> within(const dvec3& p_W, double reach) noexcept;
+  /// Returns the indices, in increasing order, of all points whose stored distance is at most `far` (m), and of the
+  /// points without a stored distance. The result is valid until the next call.
+  std::span<const std::uint32_t> listed_within(double far) noexcept;
 
  private:
   std::size_t most_;
-  dvec3 center_{0};
+  Pose listed_at_;
   std::vector<dvec3> points_;  // m, in W
-  // Coordinates in m relative to center_. The arrays are longer than `points_`, because the last batch is read
-  // completely.
+  // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last
+  // batch is read completely.
   std::vector<float> x_, y_, z_;
+  std::vector<float> distance_;    // m, stored distance from the head at listed_at_; negative and large: none is stored
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };
 

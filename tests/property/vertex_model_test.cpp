@@ -145,6 +145,51 @@ TEST(VertexModel, ServoAndCarverHoldTheSameMesh) {
   EXPECT_EQ(bench.carver.body().elements(), body.mesh().vertex_count());
 }
 
+/// Settings of a cylinder whose cuts in a deep hole take several ticks.
+haptics::ServoSettings slow_drill() {
+  haptics::ServoSettings settings = drill(R"({"vertex": {"edge_mm": 0.05}})");
+  settings.tool.shape = haptics::HeadShape::kCylinder;
+  settings.tool.diameter = 1.0_mm, settings.tool.length = 2.0_mm;
+  return settings;
+}
+
+TEST(VertexModel, AnUnfinishedCutIsFinishedAfterTheBurHasStopped) {
+  bool unequal = false;
+  for (int stop = 0; stop < 12; ++stop) {
+    HapticBench bench(kBall, slow_drill());
+    const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+    const auto mesh_of_servo = [&] {
+      return dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot()).mesh.hash();
+    };
+    double z = 4.0_mm;
+    for (int i = 0; i < 400 + stop; ++i) bench.tick({{0, 0, z -= 3e-6}}, 1);
+    unequal |= mesh_of_servo() != body.mesh().hash();
+    const std::uint64_t cuts = bench.last.cuts;
+    for (int i = 0; i < 40; ++i) bench.tick({{0, 0, z += 50e-6}});
+    EXPECT_EQ(mesh_of_servo(), body.mesh().hash()) << stop;
+    EXPECT_LE(bench.last.cuts, cuts + 1);
+  }
+  EXPECT_TRUE(unequal) << "no cut took several ticks";
+}
+
+TEST(VertexModel, AnUndoDiscardsAnUnfinishedCut) {
+  for (int stop = 0; stop < 6; ++stop) {
+    HapticBench bench(kBall, slow_drill());
+    const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+    double z = 4.0_mm;
+    for (int i = 0; i < 400 + stop; ++i) bench.tick({{0, 0, z -= 3e-6}}, 1);
+    bench.carver.rest(bench.t);
+    ASSERT_TRUE(bench.carver.undo());
+    for (int i = 0; i < 400; ++i) bench.tick({{0, 0, z = std::min(z + 20e-6, 6.0_mm)}});
+    for (int i = 0; i < 700; ++i) bench.tick({{0.5_mm, 0, 4.2_mm - 2e-6 * i}}, 1);
+    for (int i = 0; i < 40; ++i) bench.tick({{0.5_mm, 0, 2.8_mm + 50e-6 * i}});
+    const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
+    EXPECT_EQ(held.mesh.hash(), body.mesh().hash()) << stop;
+    EXPECT_EQ(test::broken(body.mesh()), "") << stop;
+    EXPECT_NEAR(total(bench.last.removed), total(body.removed()) - total(body.taken_back()), 1e-15) << stop;
+  }
+}
+
 TEST(VertexModel, ALateSnapshotIsTheSameMesh) {
   // The carver takes a snapshot, the servo goes on cutting, and either side brings it up to date.
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));

@@ -193,16 +193,20 @@ TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndSortsNeighboursTogether) {
 
 TEST(NearPoints, KeepsTheListedPointsAndThoseBeforeTheFirstIndex) {
   haptics::mesh::NearPoints points(10);
-  points.clear({0, 0, 0});
+  points.clear(Pose{});
   for (int i = 0; i < 8; ++i) points.add({1e-3 * i, 0, 0});
   const std::uint32_t kept[] = {3, 4, 7};
-  points.keep(2, kept);
+  const double distances[] = {1e-3, 2e-3, 3e-3};
+  points.keep(2, kept, distances);
   ASSERT_EQ(points.size(), 5u);
   const double expected[] = {0, 1e-3, 3e-3, 4e-3, 7e-3};
   for (std::size_t i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(points[i].x, expected[i]);
   const auto near = points.within({7e-3, 0, 0}, 1e-4);
   ASSERT_EQ(near.size(), 1u) << "the search uses the new indices";
   EXPECT_EQ(near[0], 4u);
+  const auto listed = points.listed_within(2e-3);
+  const std::vector<std::uint32_t> without_distance_or_near = {0, 1, 2, 3};
+  EXPECT_EQ(std::vector<std::uint32_t>(listed.begin(), listed.end()), without_distance_or_near);
 }
 
 TEST(NearPoints, FindsEveryPointWithinReachAndNoneFarBeyond) {
@@ -211,7 +215,7 @@ TEST(NearPoints, FindsEveryPointWithinReachAndNoneFarBeyond) {
   haptics::mesh::NearPoints points(1000);
   for (const int count : {0, 1, 7, 8, 9, 500, 1000}) {
     const dvec3 center(0.04, -0.02, 0.03);
-    points.clear(center);
+    points.clear({center, dquat(1, 0, 0, 0)});
     for (int i = 0; i < count; ++i) {
       ASSERT_TRUE(points.add(center + 2e-3 * dvec3(unit(random), unit(random), unit(random))));
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "haptics/contact/vertex/mesh_cutter.h"
 
@@ -33,7 +34,7 @@ HeadContact::HeadContact(const Tool& tool) : head_(tool), slots_(std::size_t{1} 
 }
 
 double HeadContact::moved_since_listing(const dvec3& c) const noexcept {
-  return displacement_bound(listed_at_, {c, R_WT_}, head_.reach());
+  return displacement_bound(points_.listed_at(), {c, R_WT_}, head_.reach());
 }
 
 void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {
@@ -60,7 +61,7 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
   const glm::dmat3 R_WT(glm::mat3_cast(R_WT_)), R_TW = glm::transpose(R_WT);
   const glm::vec3 axis(R_WT[2]);
   const dvec3 half = head_.half_box(R_WT[2]) + margin;
-  points_.clear(c);
+  points_.clear({c, R_WT_});
   shares_.clear();
   std::ranges::fill(slots_, kFree);
   grid.for_near(c - half, c + half, [&](std::uint32_t i) {
@@ -91,8 +92,8 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
       }
     }
   });
+  distances_.keep_within(head_, points_, 0, std::numeric_limits<double>::infinity());
   listed_ = true;
-  listed_at_ = {c, R_WT_};
 }
 
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
@@ -133,8 +134,9 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 }
 
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
-  c_ = follower_.follow(head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
-                        [&](const dvec3& p) { list_where_needed(grid, p); });
+  c_ = follower_.follow(
+      head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
+      [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double) {});
   leading_out_ = !points_.empty() && !give && follower_.led_out();
   count_ = 0;
   if (points_.empty()) return;
@@ -154,7 +156,7 @@ double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double m
 PerTissue HeadContact::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = kOnHead * head_.radius();
-  distances_.find(head_, points_, points_.within(c_, head_.reach() + within), {c_, R_WT_}, within);
+  distances_.find(head_, points_, {c_, R_WT_}, within);
   for (const std::uint32_t i : distances_.kept()) {
     const double across = -glm::dot(shares_[i].area, way);
     if (across > 0) area[static_cast<std::size_t>(grid.face(shares_[i].face).tissue)] += across;

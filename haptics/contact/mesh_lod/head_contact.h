@@ -59,7 +59,6 @@ class HeadContact final : public SurfaceContact {
   // hash table from the position of a corner to the index of the contact point there
   std::vector<std::uint32_t> slots_;
   bool listed_ = false;
-  Pose listed_at_;
 };
 
 }  // namespace typodont::haptics::mesh_lod

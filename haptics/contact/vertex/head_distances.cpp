@@ -111,19 +111,33 @@ HeadDistances::HeadDistances(std::size_t most) : most_(most) {
   index_.resize(most + kBatch);
 }
 
-void HeadDistances::find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
-                         const Pose& X_WG, double far) noexcept {
-  const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R));
+void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far) noexcept {
+  // The distance of a point from the head changes by no more than the head moves.
+  const std::span<const std::uint32_t> listed =
+      head.is_ball() ? points.within(X_WG.p, head.reach() + far)
+                     : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));
+  clear();
+  for (const std::uint32_t i : listed) add(i, points[i] - X_WG.p);
+  evaluate(head, glm::dmat3(glm::mat3_cast(X_WG.R)), far);
+}
+
+void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first,
+                                double far) noexcept {
+  const Pose& X = points.listed_at();
+  const glm::dmat3 R_WT(glm::mat3_cast(X.R));
   const glm::vec3 axis(R_WT[2]);
   const auto within = static_cast<float>(far);
-  std::size_t count = 0;
-  for (const std::uint32_t i : listed) {
-    const dvec3 off = points[i] - X_WG.p;
-    if (!head.may_be_within(glm::vec3(off), axis, within)) continue;
-    index_[count] = i;
-    x_[count] = off.x, y_[count] = off.y, z_[count] = off.z;
-    ++count;
+  clear();
+  for (std::size_t i = first; i < points.size(); ++i) {
+    const dvec3 off = points[i] - X.p;
+    if (head.may_be_within(glm::vec3(off), axis, within)) add(static_cast<std::uint32_t>(i), off);
   }
+  evaluate(head, R_WT, far);
+  points.keep(first, kept(), {distance_.data(), size_});
+}
+
+void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept {
+  const std::size_t count = size_;
   // The last batch reads positions beyond the last point, so these must contain valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Columns columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};

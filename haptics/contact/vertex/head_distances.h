@@ -11,16 +11,30 @@
 namespace typodont::haptics::vertex {
 
 /// Computes the distances of eight points at the same time. The results have the same bits as those of
-/// VertexHead::distance(), on every processor. Servo thread; allocates memory only at construction.
+/// VertexHead::distance(), on every processor. Any thread; allocates memory only at construction.
 class HeadDistances {
  public:
   /// `most`: largest number of points in one call.
   explicit HeadDistances(std::size_t most);
 
-  /// Evaluates the listed points for a head at X_WG, and keeps the points that are at most `far` metres from the head,
-  /// in the same order.
-  void find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
-            const Pose& X_WG, double far) noexcept;
+  /// Finds the points that are at most `far` metres from a head at X_WG, in the order of the list. The distances that
+  /// are stored in the list show which points cannot be so near.
+  void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far) noexcept;
+  /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
+  /// and stores the distances of the others in the list.
+  void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
+
+  // The same for points that are in no list: clear(), then add() for each point, then evaluate().
+  void clear() noexcept { size_ = 0; }
+  bool full() const noexcept { return size_ == most_; }
+  /// Adds a point with any index, at `off_W` (m, frame W) from the head's centre.
+  void add(std::uint32_t index, const dvec3& off_W) noexcept {
+    index_[size_] = index;
+    x_[size_] = off_W.x, y_[size_] = off_W.y, z_[size_] = off_W.z;
+    ++size_;
+  }
+  /// Keeps the added points whose distance from a head in this orientation is at most `far` (m).
+  void evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept;
 
   /// Returns the largest number of points in one call.
   std::size_t most() const noexcept { return most_; }

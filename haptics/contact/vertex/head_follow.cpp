@@ -9,25 +9,22 @@ using P = FollowParameters;
 bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                             bool give) noexcept {
   const double radius = head.radius();
-  for (int look = 0; look < P::looks; ++look) {
-    const dvec3 rest = X_WT.p - at;
-    const double left = glm::length(rest);
-    const double most = std::clamp(left, 0.01 * radius, P::step * radius);
-    bounds_.clear(), points_.clear();
-    distances_.find(head, points, points.within(at, head.reach() + most), {at, X_WT.R}, most);
-    for (std::size_t i = 0; i < distances_.size(); ++i) {
-      const double d = distances_.distance(i);
-      if (d < -P::led_out * radius) led_out_ = true;
-      bounds_.push_back({-distances_.normal_W(i), give ? std::max(d, 0.0) : d + slack});
-      points_.push_back(distances_.point(i));
-    }
-    dvec3 step = nearest_step(bounds_, left > most ? most / left * rest : rest, active_);
-    const double length = glm::length(step);
-    if (length > most) step *= most / length;
-    at += step;
-    if (left <= most || length < P::settled * most) return false;
+  const dvec3 rest = X_WT.p - at;
+  const double left = glm::length(rest);
+  const double most = P::longest_step(radius, left);
+  bounds_.clear(), points_.clear();
+  distances_.find(head, points, {at, X_WT.R}, most);
+  for (std::size_t i = 0; i < distances_.size(); ++i) {
+    const double d = distances_.distance(i);
+    if (d < -P::led_out * radius) led_out_ = true;
+    bounds_.push_back({-distances_.normal_W(i), give ? std::max(d, 0.0) : d + slack});
+    points_.push_back(distances_.point(i));
   }
-  return true;
+  dvec3 step = nearest_step(bounds_, left > most ? most / left * rest : rest, active_);
+  const double length = glm::length(step);
+  if (length > most) step *= most / length;
+  at += step;
+  return left > most && length >= P::settled * most;
 }
 
 }  // namespace typodont::haptics::vertex

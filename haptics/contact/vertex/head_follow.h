@@ -1,6 +1,7 @@
 // Moves a head towards the hand as far as the contact points allow.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "haptics/contact/proxy/active_set.h"
@@ -27,6 +28,10 @@ struct FollowParameters {
   static constexpr double kept = 0.15;
   /// Points within this distance of the head are listed, as a ratio to its radius.
   static constexpr double margin = kept + looks * step;
+  /// Returns the longest displacement in one iteration, m. `left`: distance to the hand, m.
+  static double longest_step(double radius, double left) noexcept {
+    return std::clamp(left, 0.01 * radius, step * radius);
+  }
 };
 
 /// Moves a head towards `to` until points are near. A step is at most as long as the search distance for points, so
@@ -65,14 +70,21 @@ class HeadFollower {
   /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  template <class List>
+  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks.
+  template <class List, class Complete>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
-               List&& list) noexcept {
+               List&& list, Complete&& complete) noexcept {
     led_out_ = false;
     for (int round = 0; round < FollowParameters::rounds; ++round) {
       list(from);
       from = advance_free(points, from, X_WT.p, head.radius(), list);
-      if (points.empty() || !approach(head, points, from, X_WT, slack, give)) break;
+      if (points.empty()) break;
+      bool more = true;
+      for (int look = 0; look < FollowParameters::looks && more; ++look) {
+        complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
+        more = approach(head, points, from, X_WT, slack, give);
+      }
+      if (!more) break;
     }
     return from;
   }
@@ -88,7 +100,7 @@ class HeadFollower {
   }
 
  private:
-  /// Moves the head as far as the listed points allow. Returns true if a further iteration is needed.
+  /// Makes one step of the head, as far as the listed points allow. Returns true if a further iteration is needed.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 

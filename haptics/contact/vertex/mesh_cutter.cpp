@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -86,22 +87,36 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   affected_.reserve(mesh.face_room());
   suspects_.reserve(2 * mesh.face_room());
   for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_room() + kBatch);
+  ball_at_.resize(mesh.face_room());
   overlapping_.resize(mesh.face_room() + kBatch);
 }
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
   const glm::dmat3 R(glm::mat3_cast(X.R));
-  return {head, X.p, R, glm::transpose(R)};
+  return {&head, X, X.p, R, glm::transpose(R)};
 }
 
-void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin) noexcept {
+void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept {
+  // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
+  // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
+  constexpr double kMotion = 1.5;
   near_.clear();
   const glm::vec3 c(head.p), axis(head.R_WT[2]);
-  const dvec3 half = head.head.half_box(head.R_WT[2]) + margin;
+  const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
   const auto most = static_cast<float>(margin);
-  mesh.near(head.p - half, head.p + half, [&](Index f) {
-    if (head.head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
-  });
+  const auto add = [&](Index f) {
+    if (head.head->may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
+  };
+  const dvec3 lo = head.p - half, hi = head.p + half;
+  const double moved = displacement_bound(known.X_W, head.X_W, head.head->is_ball() ? 0 : head.head->reach());
+  if (margin + kMotion * moved + kRounding <= known.within) {
+    const glm::vec3 near_lo(lo), near_hi(hi);
+    for (const Index f : known.faces) {
+      if (mesh.may_meet(f, near_lo, near_hi)) add(f);
+    }
+  } else {
+    mesh.near(lo, hi, add);
+  }
   sort_near();
 }
 
@@ -203,8 +218,8 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
     if (!(length > 0)) return false;
   }
   way /= length;
-  const dvec3 way_T = head.head.is_ball() ? way : head.R_TW * way;
-  to = p + head.head.distance_to_surface(head.to_tool(p), way_T) * way;
+  const dvec3 way_T = head.head->is_ball() ? way : head.R_TW * way;
+  to = p + head.head->distance_to_surface(head.to_tool(p), way_T) * way;
   return true;
 }
 
@@ -213,17 +228,13 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   ++look_;
   const double most2 = P::farthest * P::farthest * edge * edge;
   const glm::vec3 axis(head.R_WT[2]);
-  for (const Index f : near_) {
-    for (const Index v : mesh.face(f).v) {
-      if (!see_vertex(v)) continue;
-      place_of_[v] = kNone;
+  const auto move_found = [&] {
+    distances_.evaluate(*head.head, head.R_WT, -P::overlap);
+    for (std::size_t i = 0; i < distances_.size(); ++i) {
+      const Index v = distances_.point(i);
       const mesh::Vertex& vertex = mesh.vertex(v);
-      const dvec3 from = vertex.p - head.p;
-      if (!head.head.may_be_within(glm::vec3(from), axis, 0)) continue;
-      dvec3 n, to;
-      const double d = head.distance(vertex.p, n);
-      if (d >= -P::overlap) continue;
-      if (vertex.on_border() || !push_direction(mesh, head, v, n, -d, to) ||
+      dvec3 to;
+      if (vertex.on_border() || !push_direction(mesh, head, v, distances_.normal_W(i), -distances_.distance(i), to) ||
           glm::dot(to - vertex.p, to - vertex.p) > most2) {
         done.held = true;
         continue;
@@ -231,7 +242,20 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
       place_of_[v] = static_cast<std::uint32_t>(moved_.size());
       moved_.push_back({v, vertex, to, false});
     }
+    distances_.clear();
+  };
+  distances_.clear();
+  for (const Index f : near_) {
+    for (const Index v : mesh.face(f).v) {
+      if (!see_vertex(v)) continue;
+      place_of_[v] = kNone;
+      const dvec3 from = mesh.vertex(v).p - head.p;
+      if (!head.head->may_be_within(glm::vec3(from), axis, 0)) continue;
+      if (distances_.full()) move_found();
+      distances_.add(v, from);
+    }
   }
+  move_found();
 }
 
 /// Lists the faces around the vertices that will move, with their volume and normal before the motion.
@@ -280,89 +304,117 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
-/// Copies the bounding balls of the faces near the head into arrays.
-void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
-  const std::size_t count = near_.size();
-  for (std::size_t k = 0; k < count; ++k) {
+/// Copies the bounding balls of the faces near the head into arrays, sorted into slices along the longest side of their
+/// box. A ball then overlaps only balls in a few slices. Balls of large faces follow after all slices.
+void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
+  glm::vec3 lo(1e30f), hi(-1e30f);
+  for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
+  const glm::vec3 size = hi - lo;
+  slice_axis_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  slice_lo_ = lo[slice_axis_];
+  slices_per_m_ = kSlices / std::max(size[slice_axis_], 1e-9f);
+  widest_ = static_cast<float>(edge);
+  const auto slice_of = [&](Index f) {
+    return mesh.ball_radius(f) > widest_ ? kSlices : slice_at(mesh.ball_center(f)[slice_axis_]);
+  };
+  slice_start_.fill(0);
+  for (const Index f : near_) ++slice_start_[static_cast<std::size_t>(slice_of(f)) + 1];
+  std::partial_sum(slice_start_.begin(), slice_start_.end(), slice_start_.begin());
+  std::array<std::uint32_t, kSlices + 2> next = slice_start_;
+  for (std::size_t k = 0; k < near_.size(); ++k) {
+    const std::size_t at = next[static_cast<std::size_t>(slice_of(near_[k]))]++;
     const glm::vec3& c = mesh.ball_center(near_[k]);
-    ball_x_[k] = c.x, ball_y_[k] = c.y, ball_z_[k] = c.z, ball_r_[k] = mesh.ball_radius(near_[k]);
+    ball_x_[at] = c.x, ball_y_[at] = c.y, ball_z_[at] = c.z, ball_r_[at] = mesh.ball_radius(near_[k]);
+    ball_at_[at] = static_cast<std::uint32_t>(k);
   }
 }
 
-/// Returns a face near the head that intersects face f, or kNone. Tests only pairs of faces of which at least one has
-/// changed.
+/// Returns the first face in near_ that intersects face f, or kNone. Tests only pairs of faces of which at least one
+/// has changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
-  const std::size_t count = list_overlapping(ball_x_.data(), ball_y_.data(), ball_z_.data(), ball_r_.data(),
-                                             near_.size(), &c.x, mesh.ball_radius(f), overlapping_.data());
+  const float r = mesh.ball_radius(f);
   const bool changed = face_seen_[f] == look_;
   const mesh::Corners corners = mesh::corners(mesh, f);
   const dvec3 n = normal2(mesh, f);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Index g = near_[overlapping_[k]];
-    if (g == f || !(changed || face_seen_[g] == look_)) continue;
-    // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
-    // other pairs of faces intersect too.
-    const mesh::Face& other = mesh.face(g);
-    bool shares = false;
-    for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
-    if (shares) {
-      const dvec3 m = normal2(mesh, g);
-      const double d = glm::dot(n, m);
-      if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
+  std::uint32_t first = kNone;
+  const auto test = [&](std::size_t from, std::size_t to) {
+    const std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
+                                               ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = ball_at_[from + overlapping_[i]];
+      const Index g = near_[k];
+      if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
+      // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
+      // other pairs of faces intersect too.
+      const mesh::Face& other = mesh.face(g);
+      bool shares = false;
+      for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
+      if (shares) {
+        const dvec3 m = normal2(mesh, g);
+        const double d = glm::dot(n, m);
+        if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
+      }
+      if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) first = k;
     }
-    if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) return g;
-  }
-  return kNone;
+  };
+  const float at = c[slice_axis_], reach = r + widest_ + static_cast<float>(kRounding);
+  test(slice_start_[static_cast<std::size_t>(slice_at(at - reach))],
+       slice_start_[static_cast<std::size_t>(slice_at(at + reach)) + 1]);
+  test(slice_start_[kSlices], slice_start_[kSlices + 1]);
+  return first == kNone ? kNone : near_[first];
 }
 
-/// Prevents self-intersection of the surface. While all faces near the head face its centre, the surface is star-shaped
-/// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are tested.
-void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, double edge) noexcept {
-  thin_ = false;
+/// Lists the faces that may intersect others. While all faces near the head face its centre, the surface is star-shaped
+/// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are listed.
+void MeshCutter::select_suspects(const EditableMesh& mesh, const Placed& head, double edge) noexcept {
   const glm::vec3 axis(head.R_WT[2]);
-  const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
-  for (int round = 0; round < kMostRounds; ++round) {
-    bool held = false;
-    ++edge_look_;
-    list_balls(mesh);
-    suspects_.clear();
-    for (const Index f : near_) {
-      const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-      const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
-      const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
-      if (cosine < most) continue;
-      // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
-      const bool changed = is_affected(f);
-      const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
-      if (!head.head.may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
-      if (!head.head.is_ball() && head.distance(way + head.p) > within) continue;
-      thin_ = true;
-      suspects_.push_back(f);
-      for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+  ++edge_look_;
+  suspects_.clear();
+  tested_ = 0;
+  held_ = false;
+  for (const Index f : near_) {
+    // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
+    const bool changed = face_seen_[f] == look_;
+    const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+    // A quick test with the bounding ball, before the corners are read.
+    if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.p), axis,
+                                  static_cast<float>(within + kRounding))) {
+      continue;
     }
-    // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
-    // vertex with a face that faces away are tested too.
-    if (!suspects_.empty()) {
-      const std::size_t looking_away = suspects_.size();
-      for (const Affected& a : affected_) {
-        const Index* const v = mesh.face(a.f).v;
-        if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
-          suspects_.push_back(a.f);
-        }
-      }
-      std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
-    }
-    for (const Index f : suspects_) {
-      const Index g = crossed_near(mesh, f);
-      if (g == kNone) continue;
-      held |= hold_back(mesh, f);
-      held |= hold_back(mesh, g);
-    }
-    if (!held) return;
-    keep_unfolded(mesh, head);
+    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+    const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
+    const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
+    if (cosine < most) continue;
+    if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
+    if (!head.head->is_ball() && head.distance(way + head.p) > within) continue;
+    thin_ = true;
+    suspects_.push_back(f);
+    for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
   }
-  for (const Affected& a : affected_) hold_back(mesh, a.f);
+  if (suspects_.empty()) return;
+  list_balls(mesh, edge);
+  // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
+  // vertex with a face that faces away are tested too.
+  const std::size_t looking_away = suspects_.size();
+  for (const Affected& a : affected_) {
+    const Index* const v = mesh.face(a.f).v;
+    if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
+      suspects_.push_back(a.f);
+    }
+  }
+  std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
+}
+
+/// Tests the next `most` suspects for intersection, and moves the vertices of intersecting faces back.
+void MeshCutter::test_suspects(EditableMesh& mesh, std::size_t most) noexcept {
+  const std::size_t end = std::min(suspects_.size(), tested_ + most);
+  for (; tested_ < end; ++tested_) {
+    const Index f = suspects_[tested_], g = crossed_near(mesh, f);
+    if (g == kNone) continue;
+    held_ |= hold_back(mesh, f);
+    held_ |= hold_back(mesh, g);
+  }
 }
 
 Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcept {
@@ -512,44 +564,128 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   return false;
 }
 
-void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  gather(mesh, head, P::longest * edge);
-  refine(mesh, head, edge, done);
-  find_inside(mesh, head, edge, done);
-  if (moved_.empty()) return;
+/// Moves the vertices inside the head, except where a face would fold.
+void MeshCutter::move_inside(EditableMesh& mesh, const Placed& head) noexcept {
   collect_affected(mesh, head);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   keep_unfolded(mesh, head);
   for (const Affected& a : affected_) mesh.settle_face(a.f);
-  prevent_intersection(mesh, head, edge);
-  account(mesh, head, done);
+  thin_ = false;
+}
+
+void MeshCutter::finish_step(EditableMesh& mesh, const Placed& head, double edge) noexcept {
+  account(mesh, head, done_);
   for (const Moved& m : moved_) {
-    if (!m.stays || merge_into_neighbour(mesh, head, m.v, edge, done)) {
-      done.changed = true;
+    if (!m.stays || merge_into_neighbour(mesh, head, m.v, edge, done_)) {
+      done_.changed = true;
     } else {
-      done.held = true;
+      done_.held = true;
     }
   }
-  repair_slivers(mesh, head, edge, done);
+  repair_slivers(mesh, head, edge, done_);
 }
 
 CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
                         double edge) noexcept {
-  CutDone done;
+  begin(head, X_WA, X_WB, edge);
+  while (!work(mesh, {}, std::numeric_limits<std::size_t>::max())) {
+  }
+  return done_;
+}
+
+void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  const int steps = static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps));
-  for (int i = 1; i <= steps && !done.held; ++i) {
-    const Pose X = i == steps ? X_WB : interpolate(X_WA, X_WB, static_cast<double>(i) / steps);
-    step(mesh, place(head, X), edge, done);
+  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps)), 0};
+  done_ = {};
+  stage_ = Stage::kNextStep;
+}
+
+/// Returns the approximate effort of the next stage, in faces whose vertices are tested once. The ratios are measured.
+std::size_t MeshCutter::effort() const noexcept {
+  switch (stage_) {
+    case Stage::kFind:
+      return near_.size();
+    case Stage::kMove:
+      return 4 * moved_.size();
+    case Stage::kRefine:
+    case Stage::kSelect:
+      return near_.size() / 2;
+    case Stage::kFinish:
+      return affected_.size();
+    default:
+      return 0;
   }
-  return done;
+}
+
+bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
+  constexpr std::size_t kTest = 32;  // effort of the test of one suspect, in faces
+  std::size_t spent = 0;
+  while (stage_ != Stage::kDone && (spent == 0 || spent + effort() <= most)) {
+    const double edge = job_.edge;
+    spent += std::max<std::size_t>(effort(), 1);
+    switch (stage_) {
+      case Stage::kNextStep: {
+        if (job_.step == job_.steps || done_.held) {
+          stage_ = Stage::kDone;
+          break;
+        }
+        const int i = ++job_.step;
+        head_ =
+            place(*job_.head,
+                  i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
+        // The first step changes the mesh, so the known faces are only used in this step.
+        gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
+        spent += near_.size() / 2;
+        stage_ = Stage::kRefine;
+        break;
+      }
+      case Stage::kRefine:
+        refine(mesh, head_, edge, done_);
+        stage_ = Stage::kFind;
+        break;
+      case Stage::kFind:
+        find_inside(mesh, head_, edge, done_);
+        stage_ = moved_.empty() ? Stage::kNextStep : Stage::kMove;
+        break;
+      case Stage::kMove:
+        move_inside(mesh, head_);
+        rounds_ = 0;
+        stage_ = Stage::kSelect;
+        break;
+      case Stage::kSelect:
+        if (rounds_++ == kMostRounds) {
+          for (const Affected& a : affected_) hold_back(mesh, a.f);
+          stage_ = Stage::kFinish;
+          break;
+        }
+        select_suspects(mesh, head_, edge);
+        stage_ = Stage::kTest;
+        break;
+      case Stage::kTest: {
+        const std::size_t before = tested_;
+        test_suspects(mesh, std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1));
+        spent += kTest * (tested_ - before);
+        if (tested_ < suspects_.size()) break;
+        if (held_) keep_unfolded(mesh, head_);
+        stage_ = held_ ? Stage::kSelect : Stage::kFinish;
+        break;
+      }
+      case Stage::kFinish:
+        finish_step(mesh, head_, edge);
+        stage_ = Stage::kNextStep;
+        break;
+      case Stage::kDone:
+        break;
+    }
+  }
+  return stage_ == Stage::kDone;
 }
 
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
   CutDone done;
   const Placed placed = place(head, X_WB);
-  gather(mesh, placed, 0);
+  gather(mesh, placed, 0, {});
   moved_.clear();
   ++look_;
   for (const Index f : near_) {

@@ -3,10 +3,14 @@
 // afterwards.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/contract/contact.h"
+#include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/vertex_head.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/mesh/crossing.h"
@@ -55,6 +59,13 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
+/// Faces that are already known to be near a head.
+struct KnownFaces {
+  std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
+  Pose X_W;
+  double within = 0;  // m; 0: no faces are known
+};
+
 /// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
 class MeshCutter {
  public:
@@ -66,11 +77,21 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
+  /// Does the same in parts: begin(), then work() until it returns true, then done(). `head` must exist until then, and
+  /// nothing else may change the mesh. work() stops before its effort exceeds the test of about `most` faces. Between
+  /// the parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no effect on the
+  /// result, and neither has `known`, which saves a search of the mesh.
+  void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
+  bool work(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
+  const CutDone& done() const noexcept { return done_; }
   /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
+  static constexpr int kSlices = 32;
+  static constexpr std::size_t kMostTogether = 1024;  // largest number of distances that are computed at once
+
   struct Moved {
     mesh::Index v;
     mesh::Vertex before;
@@ -84,21 +105,34 @@ class MeshCutter {
   };
   /// A head at a given pose.
   struct Placed {
-    const VertexHead& head;
-    dvec3 p;
-    glm::dmat3 R_WT, R_TW;
-    dvec3 to_tool(const dvec3& p_W) const noexcept { return head.is_ball() ? p_W - p : R_TW * (p_W - p); }
-    double distance(const dvec3& p_W) const noexcept { return head.distance(to_tool(p_W)); }
+    const VertexHead* head = nullptr;
+    Pose X_W;
+    dvec3 p{0};
+    glm::dmat3 R_WT{1}, R_TW{1};
+    dvec3 to_tool(const dvec3& p_W) const noexcept { return head->is_ball() ? p_W - p : R_TW * (p_W - p); }
+    double distance(const dvec3& p_W) const noexcept { return head->distance(to_tool(p_W)); }
     double distance(const dvec3& p_W, dvec3& n_W) const noexcept {
-      const double d = head.distance(to_tool(p_W), n_W);
-      if (!head.is_ball()) n_W = R_WT * n_W;
+      const double d = head->distance(to_tool(p_W), n_W);
+      if (!head->is_ball()) n_W = R_WT * n_W;
       return d;
     }
   };
 
+  /// The cut that begin() has begun.
+  struct Job {
+    const VertexHead* head = nullptr;
+    Pose X_WA, X_WB;
+    double edge = 0;          // m, edge length of the cut surface
+    int steps = 0, step = 0;  // number of straight steps, and number of those that have begun
+  };
+  /// The next part of a cut. Each step of the head passes through all stages from kRefine to kFinish.
+  enum class Stage : std::uint8_t { kNextStep, kRefine, kFind, kMove, kSelect, kTest, kFinish, kDone };
+
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
-  void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
+  std::size_t effort() const noexcept;
+  void move_inside(mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void finish_step(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -106,8 +140,9 @@ class MeshCutter {
                       dvec3& to) const noexcept;
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void prevent_intersection(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
-  void list_balls(const mesh::EditableMesh& mesh) noexcept;
+  void select_suspects(const mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void test_suspects(mesh::EditableMesh& mesh, std::size_t most) noexcept;
+  void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
@@ -118,6 +153,10 @@ class MeshCutter {
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
+  /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
+  int slice_at(float x) const noexcept {
+    return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
+  }
   bool see_vertex(mesh::Index v) noexcept {
     if (vertex_seen_[v] == look_) return false;
     vertex_seen_[v] = look_;
@@ -138,12 +177,26 @@ class MeshCutter {
   // for each vertex: number of the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_
-  // indices of near_: faces whose bounding balls overlap the ball of the face under test
+  HeadDistances distances_{kMostTogether};
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_, in slices
+  std::vector<std::uint32_t> ball_at_;                    // for each ball: index of its face in near_
+  int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
+  float slice_lo_ = 0, slices_per_m_ = 0;
+  float widest_ = 0;                                      // m, largest radius of a ball in the slices
+  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
+  // balls that overlap the ball of the face under test
   std::vector<std::uint32_t> overlapping_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
+  // The state of a cut between its parts.
+  Job job_;
+  Placed head_;  // head of the present step
+  Stage stage_ = Stage::kDone;
+  std::size_t tested_ = 0;  // number of suspects that have been tested in this round
+  bool held_ = false;       // true if vertices were moved back in this round
+  int rounds_ = 0;          // number of rounds of the intersection test in this step
+  CutDone done_;
 };
 
 /// Returns six times the signed volume of the tetrahedron formed by a triangle and a point.

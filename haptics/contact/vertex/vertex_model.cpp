@@ -1,6 +1,7 @@
 #include "haptics/contact/vertex/vertex_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -17,7 +18,10 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-constexpr double kNextShell = 4;             // ratio of the widths of two successive search shells
+// first version of the servo's force laws that divides long cuts over several ticks
+constexpr std::uint32_t kLawsOfParts = 9;
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
 
@@ -51,7 +55,6 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   }
   near_.reserve(kMostFaces);
   samples_.reserve(kMostSamples);
-  candidates_.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -80,12 +83,14 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   found_ = touching_ = false;
+  part_.open = false;  // the new mesh lacks an unfinished cut, of which nobody else knows
 }
 
 /// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
 /// refinement would add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   ++t_search_counts.vertices;
+  if (part_.open) continue_cut(kNoLimit);  // the mesh is read, so it must not be in the middle of a cut
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
@@ -95,7 +100,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
     return glm::dot(off, off) > reach * reach;
   };
   near_.clear();
-  points_.clear(p);
+  points_.clear(X);
   samples_.clear();
   const glm::vec3 c(p);
   const dvec3 half = head.half_box(glm::mat3_cast(X.R)[2]) + margin;
@@ -110,15 +115,22 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
       if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
-  keep_within(head, X, margin, 0);
+  keep_within(head, margin, 0);
   const std::size_t vertices = samples_.size();
   for (std::size_t i = 0; i < vertices; ++i) snapshot_.sample_of[samples_[i].v] = static_cast<std::uint32_t>(i);
   for (const Index f : near_) {
     const int n = parts_of(mesh, f, edge);
-    const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
-    for (const Index v : mesh.face(f).v) {
+    std::array<Sample*, 3> corners{};
+    bool any = n > 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index v = mesh.face(f).v[i];
       const std::size_t at = snapshot_.sample_of[v];
-      if (at < vertices && samples_[at].v == v) samples_[at].area += area;
+      if (at < vertices && samples_[at].v == v) corners[i] = &samples_[at], any = true;
+    }
+    if (!any) continue;
+    const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
+    for (Sample* corner : corners) {
+      if (corner) corner->area += area;
     }
     if (n == 1) continue;
     const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &d = mesh.point(f, 2);
@@ -133,20 +145,17 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
       }
     }
   }
-  keep_within(head, X, margin, vertices);
+  keep_within(head, margin, vertices);
 }
 
 /// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
 /// because such points were not added to its list.
-void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
+void VertexModel::keep_within(const VertexHead& head, double margin, std::size_t first) noexcept {
   if (head.is_ball() || first == samples_.size()) return;
-  candidates_.clear();
-  for (std::size_t i = first; i < samples_.size(); ++i) candidates_.push_back(static_cast<std::uint32_t>(i));
-  distances_.find(head, points_, candidates_, X, margin);
+  distances_.keep_within(head, points_, first, margin);
   std::size_t kept = first;
   for (const std::uint32_t i : distances_.kept()) samples_[kept++] = samples_[i];
   samples_.resize(kept);
-  points_.keep(first, distances_.kept());
 }
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
@@ -159,22 +168,37 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
 
 /// Returns the largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
-  return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
+  return displacement_bound(points_.listed_at(), X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid.
-void VertexModel::list_where_needed(const Pose& X) noexcept {
+/// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list,
+/// because it moves little before it changes the mesh. A list without points is always a complete one.
+void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
-  gather(head(), edge(), X, (FollowParameters::margin + P::probe) * radius);
-  found_ = true, found_at_ = X;
+  const double probe = P::probe * radius, complete = FollowParameters::margin * radius + probe;
+  const double soon = std::max(probe, CutParameters::longest * edge()) + P::short_list * radius;
+  found_within_ = cuts ? std::min(soon, complete) : complete;
+  gather(head(), edge(), X, found_within_);
+  if (points_.empty() && found_within_ < complete) gather(head(), edge(), X, found_within_ = complete);
+  found_ = true;
+}
+
+/// Completes a short list that does not contain all points within the distance `far` (m) of the head at X. The complete
+/// list belongs to the same pose of the head, so the length of a list has no effect on the contact. But an open cut is
+/// finished before a list is completed, because the mesh must be read.
+void VertexModel::complete_list(const Pose& X, double far) noexcept {
+  const double complete = (FollowParameters::margin + P::probe) * head().radius();
+  if (found_within_ >= complete || moved_since_listing(X) + far <= found_within_) return;
+  gather(head(), edge(), Pose(points_.listed_at()), found_within_ = complete);
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
   if (eases_ && eased_ != dvec3(0)) return 0;  // the force of the last contact is still fading
-  list_where_needed(X_WG);
+  list_where_needed(X_WG, false);
+  complete_list(X_WG, (FollowParameters::margin - FollowParameters::kept + P::probe) * head().radius());
   const double reach = head().reach();
   if (!points_.empty()) {
     const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
@@ -221,7 +245,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   Springs sum;
   const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
   const double within = is_ball ? 0 : probe;
-  distances_.find(head(), points_, points_.within(at.p, head().reach() + within), at, within);
+  distances_.find(head(), points_, at, within);
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Sample& sample = samples_[distances_.point(i)];
     const double distance = distances_.distance(i);
@@ -283,6 +307,7 @@ void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& 
 
 void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   springs_ = {};
+  out.places = part_.open;
   if (snapshot_.number == 0) {
     out.p_WG = in.X_WT.p;
     out.lost = true;
@@ -293,19 +318,20 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // With zero slack, a head with a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because
   // the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
-    list_where_needed({p, in.X_WT.R});
-  });
+  const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
+  const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
+  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete);
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
   out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
-  out.settled = !out.touching;
+  out.settled = !out.touching && !part_.open;
   touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
   const dvec3 way = pull / depth;
+  complete(out.p_WG, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
   // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
@@ -363,6 +389,32 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 }
 
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  const bool began = !part_.open;
+  if (began && !begin_cut(in, contact)) return false;
+  // If vertices stay inside the head, the head soon slides over them, so the next cut must not wait.
+  const bool at_once = settings_.laws < kLawsOfParts || part_.scrapes || part_.stayed;
+  if (!continue_cut(at_once ? kNoLimit : P::most_faces)) return false;
+  part_.open = found_ = false;
+  const CutDone& done = part_.done;
+  if (part_.scrapes) {
+    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::least_met, 1.0);
+  }
+  if (!done.changed) return false;
+  made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
+  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, done.removed, {}, in.spindle};
+  for (std::size_t t = 1; t < done.removed.size(); ++t) {
+    energy += done.removed[t] * settings_.materials[t].specific_energy;
+  }
+  energy = std::max(energy, 0.0);
+  // If the cut took several ticks, the hand may have moved the head away in the meantime.
+  const double left = glm::distance(part_.to.p, in.X_WT.p);
+  if (!done.held && (began || left < glm::distance(contact.p_WG, in.X_WT.p))) contact.p_WG = part_.to.p;
+  return true;
+}
+
+/// Chooses the displacement of the head that the energy pays for, and begins to cut. Returns false if there is nothing
+/// to cut.
+bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noexcept {
   if (!(in.cuts && !in.must_earn && contact.touching && springs_.count > 0)) return false;
   Pose from{contact.p_WG, in.X_WT.R}, to = in.X_WT;
   if (!parameters_.as_printed) {
@@ -373,20 +425,21 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
-  const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
-  found_ = false;
-  if (in.scrapes) {
-    const double estimated = springs_.across * met_ * glm::distance(from.p, to.p);
-    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / estimated - 1)), P::least_met, 1.0);
+  part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
+           {}};
+  snapshot_.cutter.begin(head(), from, to, edge());
+  return true;
+}
+
+/// Continues the cut by the effort of testing about `most` faces. Returns true if the cut is finished.
+bool VertexModel::continue_cut(std::size_t most) noexcept {
+  if (parameters_.as_printed) {
+    part_.done = snapshot_.cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
+    return true;
   }
-  if (!done.changed) return false;
-  made_.add(made_.last() + 1, {from, to, tool_, done.removed});
-  cut = {made_.last(), in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};
-  for (std::size_t t = 1; t < done.removed.size(); ++t) {
-    energy += done.removed[t] * settings_.materials[t].specific_energy;
-  }
-  energy = std::max(energy, 0.0);
-  if (!done.held) contact.p_WG = to.p;
+  const KnownFaces known{near_, points_.listed_at(), found_ ? found_within_ : 0};
+  if (!snapshot_.cutter.work(snapshot_.mesh, known, most)) return false;
+  part_.done = snapshot_.cutter.done();
   return true;
 }
 

@@ -36,6 +36,11 @@ struct FeelParameters {
   // A head whose distance to the nearest point is smaller than this cannot move freely. Ratio to the head's radius.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
+  // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
+  // before a short list must be completed.
+  static constexpr double short_list = 0.05;
+  // Effort of a cut in one tick, in faces whose vertices are tested once. A longer cut is divided over several ticks.
+  static constexpr std::size_t most_faces = 2000;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
@@ -79,12 +84,15 @@ class VertexModel final : public ContactModel {
 
   const VertexHead& head() const noexcept { return heads_[tool_]; }
   double edge() const noexcept { return edges_[tool_]; }
+  bool begin_cut(const ContactInput& in, const Contact& contact) noexcept;
+  bool continue_cut(std::size_t most) noexcept;
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
-  void list_where_needed(const Pose& X) noexcept;
+  void list_where_needed(const Pose& X, bool cuts) noexcept;
+  void complete_list(const Pose& X, double far) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
-  void keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept;
+  void keep_within(const VertexHead& head, double margin, std::size_t first) noexcept;
   void add(const dvec3& p_W, const Sample& sample) noexcept {
     if (points_.add(p_W)) samples_.push_back(sample);
   }
@@ -108,14 +116,23 @@ class VertexModel final : public ContactModel {
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
   std::vector<Sample> samples_;  // properties of the points in points_, in the same order
-  bool found_ = false;           // true if the list of points belongs to found_at_ and the mesh has not changed since
-  Pose found_at_;
-  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
+  bool found_ = false;           // true if the mesh has not changed since the points were listed
+  double found_within_ = 0;      // m, all points within this distance of the head at points_.listed_at() are listed
+  bool touching_ = false;        // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};         // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_{kMostSamples};
   HeadFollower follower_{distances_};
-  std::vector<std::uint32_t> candidates_;  // indices of points whose distance from the head must be computed
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
+  /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
+  struct PartialCut {
+    bool open = false;  // true until the servo has been told of the cut
+    bool scrapes = false;
+    bool stayed = false;  // true if vertices stayed inside the head in the cut before
+    std::uint32_t tool = 0;
+    Pose from, to;
+    double estimated = 0;  // m³, volume that was expected when the cut began
+    CutDone done;
+  } part_;
   RecentCuts<MadeCut> made_;
 };
 
