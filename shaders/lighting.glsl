@@ -3,6 +3,8 @@
 
 const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
+// smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
+const float kLeastFacing = 0.3;
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
 // Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
@@ -121,15 +123,20 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
-    float lit = 0.0, spread = kPenumbra / frame.light_size.x;
-    for (int i = 0; i < kShadowTaps; ++i)
-      lit += texture(shadow_map, vec3(q.xy + spread * disc(i, kShadowTaps), q.z));
+    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
+                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
+    // Each lookup is compared with the depth of the tangent plane at its place. With the depth of the point itself, the
+    // side of a tilted surface that is nearer to the lamp would shadow the point.
+    vec2 rise = kPenumbra / frame.light_size.y * n_light.xy / max(-n_light.z, kLeastFacing);
+    float lit = 0.0;
+    for (int i = 0; i < kShadowTaps; ++i) {
+      vec2 o = disc(i, kShadowTaps);
+      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o)));
+    }
     result.x = lit / float(max(kShadowTaps, 1));
 
     // Ambient occlusion is computed in the lamp's space, where the shadow map is a height field. So it is equal for
     // both eyes and changes only with the tissue. It uses the directions to the samples relative to the normal.
-    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
-                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
     float shut = 0.0;
     for (int i = 0; i < kOcclusionTaps; ++i) {
@@ -211,9 +218,10 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
 // squared roughness of the surface.
 float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
-/// Returns the reflectance at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film of saliva
-/// (1.33), less light is reflected.
-vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
+/// Returns the reflectance of tissue at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film
+/// of saliva (1.33), less light is reflected.
+float film_reflectance(float wet) { return mix(0.047, 0.030, wet); }
+vec3 reflectance(Look look) { return mix(vec3(film_reflectance(look.wet)), look.albedo, look.metal); }
 
 /// Returns the fraction of the room that is visible in the direction r of a reflection. Tissue hides the room near the
 /// point and in the directions away from the lamp.
@@ -241,8 +249,10 @@ vec3 reflected(vec3 r, float rough, float open, Around around) {
 }
 
 /// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
-/// (Schlick). The tissues' colours include the loss along the normal.
-float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
+/// (Schlick). Without a grid of light, the tissues' colours include this loss.
+float film_passes(float nv, Look look) {
+  return kLightGrid ? (1.0 - film_reflectance(look.wet)) * (1.0 - fifth_power(1.0 - nv)) : 1.0;
+}
 
 /// Returns the light that is reflected by the wet film over tissue, or by metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
@@ -297,7 +307,7 @@ float spot(float nh, float width) {
 /// ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
-  float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
+  float passes = film_passes(max(dot(gloss_normal, v), 1e-3), look);
   return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
          glossy(gloss_normal, v, look, light, around);
 }
