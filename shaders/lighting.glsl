@@ -21,15 +21,15 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
-const float kToolShadowReach = 10e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
+const float kToolShadowReach = 25e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
 
-// Returns the fraction of the lamp's light that passes a ball. `way`: distance along the ray to the lamp; `miss`:
-// distance of the ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it
-// casts no shadow, because the lamp is wide.
-float passes(float way, float miss, float radius) {
+// Returns the fraction of the lamp's light that passes a round body. `way`: distance along the ray to the lamp; `miss`:
+// distance of the ray from the body's middle; `reach`: longest shadow. The penumbra becomes wider with `way`. A body
+// that is thinner than the penumbra hides only a part of the lamp. A body behind the point casts no shadow.
+float passes(float way, float miss, float radius, float reach) {
   float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
-  float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
-  return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
+  float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
+  return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * reach, reach, way));
 }
 
 // Shadow of the tool. The tool is approximated by a ball and a cylinder about its axis.
@@ -37,28 +37,26 @@ float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
-  float head = passes(t, length(c - t * l), frame.tool_head.w);
+  float head = passes(t, length(c - t * l), frame.tool_head.w, kToolShadowReach);
   // Finds the point of the cylinder that is nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
   float way = dot(k, l);
-  return min(head, passes(way, length(k - way * l), frame.tool_end.w));
+  return min(head, passes(way, length(k - way * l), frame.tool_end.w, kToolShadowReach));
 }
 
 const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round cone (a sphere with changing radius that is swept from a
-// to b). A cone that is thinner than the penumbra hides only a part of the lamp.
+// to b).
 float passes_cone(vec3 p, vec4 a, vec4 b) {
   vec3 l = frame.key.xyz, c = a.xyz - p, d = b.xyz - a.xyz;
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * dot(c, l) - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
-  float way = dot(k, l), miss = length(k - way * l), radius = mix(a.w, b.w, s);
-  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
-  float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
-  return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kHandpieceReach, kHandpieceReach, way));
+  float way = dot(k, l);
+  return passes(way, length(k - way * l), mix(a.w, b.w, s), kHandpieceReach);
 }
 
 float handpiece_shadow(vec3 p) {
