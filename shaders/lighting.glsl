@@ -5,11 +5,16 @@ const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
 const float kLeastFacing = 0.3;
+// A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
+// face the lamp are not dark.
+const float kContact = 2.0;
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
 // Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
 // already contains most of the occlusion by tissue nearby. It was fitted to the pictures of tests/reference.
-const float kNearShare = 0.3;
+const float kNearShare = 0.5;
+// Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
+const float kNearBounce = 0.6;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
@@ -129,7 +134,7 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float lit = 0.0;
     for (int i = 0; i < kShadowTaps; ++i) {
       vec2 o = disc(i, kShadowTaps);
-      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o)));
+      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o) - kContact * kPenumbra / frame.light_size.y * length(o)));
     }
     result.x = lit / float(max(kShadowTaps, 1));
 
@@ -203,7 +208,9 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
-  if (kLightGrid) return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare);
+  if (kLightGrid)
+    return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare) +
+           kNearBounce * (1.0 - open) * key * albedo * lamp;
   // Light in a narrow gap was reflected by gum and teeth, which absorb blue light. The factor was fitted to the
   // pictures of tests/reference.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
