@@ -3,11 +3,18 @@
 
 const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
+// smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
+const float kLeastFacing = 0.3;
+// A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
+// face the lamp are not dark.
+const float kContact = 2.0;
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
 // Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
 // already contains most of the occlusion by tissue nearby. It was fitted to the pictures of tests/reference.
-const float kNearShare = 0.3;
+const float kNearShare = 0.5;
+// Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
+const float kNearBounce = 0.6;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
@@ -19,15 +26,15 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
-const float kToolShadowReach = 10e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
+const float kToolShadowReach = 25e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
 
-// Returns the fraction of the lamp's light that passes a ball. `way`: distance along the ray to the lamp; `miss`:
-// distance of the ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it
-// casts no shadow, because the lamp is wide.
-float passes(float way, float miss, float radius) {
+// Returns the fraction of the lamp's light that passes a round body. `way`: distance along the ray to the lamp; `miss`:
+// distance of the ray from the body's middle; `reach`: longest shadow. The penumbra becomes wider with `way`. A body
+// that is thinner than the penumbra hides only a part of the lamp. A body behind the point casts no shadow.
+float passes(float way, float miss, float radius, float reach) {
   float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
-  float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
-  return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
+  float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
+  return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * reach, reach, way));
 }
 
 // Shadow of the tool. The tool is approximated by a ball and a cylinder about its axis.
@@ -35,28 +42,26 @@ float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
-  float head = passes(t, length(c - t * l), frame.tool_head.w);
+  float head = passes(t, length(c - t * l), frame.tool_head.w, kToolShadowReach);
   // Finds the point of the cylinder that is nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
   float way = dot(k, l);
-  return min(head, passes(way, length(k - way * l), frame.tool_end.w));
+  return min(head, passes(way, length(k - way * l), frame.tool_end.w, kToolShadowReach));
 }
 
 const float kHandpieceReach = 40e-3;  // m, longest shadow of the handpiece; same value as in passes/changed.cpp
 
 // Returns the fraction of the lamp's light that passes a round cone (a sphere with changing radius that is swept from a
-// to b). A cone that is thinner than the penumbra hides only a part of the lamp.
+// to b).
 float passes_cone(vec3 p, vec4 a, vec4 b) {
   vec3 l = frame.key.xyz, c = a.xyz - p, d = b.xyz - a.xyz;
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * dot(c, l) - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
-  float way = dot(k, l), miss = length(k - way * l), radius = mix(a.w, b.w, s);
-  float soft = 0.08e-3 + frame.lamp.x * max(way, 0.0);
-  float hidden = smoothstep(-soft, soft, radius - miss) - smoothstep(-soft, soft, -radius - miss);
-  return 1.0 - hidden * smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kHandpieceReach, kHandpieceReach, way));
+  float way = dot(k, l);
+  return passes(way, length(k - way * l), mix(a.w, b.w, s), kHandpieceReach);
 }
 
 float handpiece_shadow(vec3 p) {
@@ -121,15 +126,20 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
-    float lit = 0.0, spread = kPenumbra / frame.light_size.x;
-    for (int i = 0; i < kShadowTaps; ++i)
-      lit += texture(shadow_map, vec3(q.xy + spread * disc(i, kShadowTaps), q.z));
+    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
+                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
+    // Each lookup is compared with the depth of the tangent plane at its place. With the depth of the point itself, the
+    // side of a tilted surface that is nearer to the lamp would shadow the point.
+    vec2 rise = kPenumbra / frame.light_size.y * n_light.xy / max(-n_light.z, kLeastFacing);
+    float lit = 0.0;
+    for (int i = 0; i < kShadowTaps; ++i) {
+      vec2 o = disc(i, kShadowTaps);
+      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o) - kContact * kPenumbra / frame.light_size.y * length(o)));
+    }
     result.x = lit / float(max(kShadowTaps, 1));
 
     // Ambient occlusion is computed in the lamp's space, where the shadow map is a height field. So it is equal for
     // both eyes and changes only with the tissue. It uses the directions to the samples relative to the normal.
-    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
-                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
     float shut = 0.0;
     for (int i = 0; i < kOcclusionTaps; ++i) {
@@ -198,7 +208,9 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   vec3 lamp = frame.key.w * 0.3183 * kLampColor;
-  if (kLightGrid) return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare);
+  if (kLightGrid)
+    return front * arrives * lamp + around * mix(vec3(1.0), opened, kNearShare) +
+           kNearBounce * (1.0 - open) * key * albedo * lamp;
   // Light in a narrow gap was reflected by gum and teeth, which absorb blue light. The factor was fitted to the
   // pictures of tests/reference.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
@@ -211,9 +223,10 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
 // squared roughness of the surface.
 float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
-/// Returns the reflectance at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film of saliva
-/// (1.33), less light is reflected.
-vec3 reflectance(Look look) { return mix(vec3(mix(0.047, 0.030, look.wet)), look.albedo, look.metal); }
+/// Returns the reflectance of tissue at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film
+/// of saliva (1.33), less light is reflected.
+float film_reflectance(float wet) { return mix(0.047, 0.030, wet); }
+vec3 reflectance(Look look) { return mix(vec3(film_reflectance(look.wet)), look.albedo, look.metal); }
 
 /// Returns the fraction of the room that is visible in the direction r of a reflection. Tissue hides the room near the
 /// point and in the directions away from the lamp.
@@ -241,8 +254,10 @@ vec3 reflected(vec3 r, float rough, float open, Around around) {
 }
 
 /// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
-/// (Schlick). The tissues' colours include the loss along the normal.
-float film_passes(float nv) { return kLightGrid ? 1.0 - fifth_power(1.0 - nv) : 1.0; }
+/// (Schlick). Without a grid of light, the tissues' colours include this loss.
+float film_passes(float nv, Look look) {
+  return kLightGrid ? (1.0 - film_reflectance(look.wet)) * (1.0 - fifth_power(1.0 - nv)) : 1.0;
+}
 
 /// Returns the light that is reflected by the wet film over tissue, or by metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
@@ -297,7 +312,7 @@ float spot(float nh, float width) {
 /// ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
-  float passes = film_passes(max(dot(gloss_normal, v), 1e-3));
+  float passes = film_passes(max(dot(gloss_normal, v), 1e-3), look);
   return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
          glossy(gloss_normal, v, look, light, around);
 }

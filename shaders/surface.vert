@@ -54,15 +54,18 @@ void main() {
   out_pair = tissue_1 | (tissue_2 << 8);
   out_mesh_position = in_position;
   float share = float(in_tissue.z) / 255.0, shows = float(in_tissue.w >> 4) / 15.0;
-  vec3 beneath = frame.tissue_color[in_tissue.w & 15u].rgb;
+  uint lower = in_tissue.w & 15u;
+  vec3 beneath = frame.tissue_color[lower].rgb;
   vec4 first = frame.tissue_color[tissue_1];
-  out_first = vec4(surface_color(tissue_1, over(first, beneath, shows), cut, thin), shows);
+  vec3 layered = lower == tissue_1 ? first.rgb : over(first, beneath, shows);
+  out_first = vec4(surface_color(tissue_1, layered, cut, thin, shows), shows);
   out_first_look = vec4(frame.tissue_look[tissue_1].xyz, first.w);
   out_second = vec4(out_first.rgb, cut);
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
     vec4 second = frame.tissue_color[tissue_2];
-    out_second.rgb = surface_color(tissue_2, over(second, beneath, shows), cut, thin);
+    layered = lower == tissue_2 ? second.rgb : over(second, beneath, shows);
+    out_second.rgb = surface_color(tissue_2, layered, cut, thin, shows);
     out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);
   }
   out_light = vec4(through_edge(n, thin), share);
@@ -98,7 +101,7 @@ void main() {
     out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);
     out_second.rgb = tinted(out_second.rgb * (1.0 - out_second_look.y), out_second_look.w, nv);
     Look shown = Look(color, look.x, look.w, look.y, look.z);
-    out_light.rgb = film_passes(nv) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
+    out_light.rgb = film_passes(nv, shown) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
     out_half_way = normalize(frame.key.xyz + v);
     CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light, Around(around.rgb, mirrored));
     out_room = gloss.broad;

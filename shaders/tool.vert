@@ -4,6 +4,7 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 
+const vec3 kSteel = vec3(0.56, 0.57, 0.58);  // reflectance of steel, as in tests/reference/tissues.json
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
@@ -44,7 +45,7 @@ void main() {
   // The grooves between the blades are dark. If they are blurred by rotation, they darken the hull slightly.
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
-  out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
+  out_color = vec4(kSteel * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), in_look.w, blur);
   out_place = in_hull_position;
   vec3 r = reflect(normalize(world - frame.eye[VIEW].xyz), out_normal.xyz);

@@ -62,7 +62,7 @@ inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3&
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.755, 0.71, 0.645});
+  set(Tissue::kEnamel, {0.738, 0.684, 0.620});
   set(Tissue::kDentin, {0.72, 0.64, 0.50});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.61, 0.25, 0.22});

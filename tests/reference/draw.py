@@ -227,14 +227,23 @@ def tissue_material():
 
 
 def metal_material(values):
+    """Steel that was turned on a lathe: its grooves run around the upright tool and spread a reflection along it. The
+    two GGX widths are those of brushed_metal() in shaders/metal.glsl."""
     material = bpy.data.materials.new("metal")
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
     nodes.clear()
-    metal = nodes.new("ShaderNodeBsdfGlossy")
+    width = values["roughness"] ** 2
+    along, across = 0.4 * width, 5 * width
+    metal = nodes.new("ShaderNodeBsdfAnisotropic")
     metal.distribution = "GGX"
     metal.inputs["Color"].default_value = (*values["reflectance"], 1)
-    metal.inputs["Roughness"].default_value = values["roughness"]
+    # Cycles computes the two widths as roughness² · (1 - anisotropy) and roughness² / (1 - anisotropy).
+    metal.inputs["Roughness"].default_value = (along * across) ** 0.25
+    metal.inputs["Anisotropy"].default_value = 1 - (along / across) ** 0.5
+    groove = nodes.new("ShaderNodeTangent")
+    groove.direction_type, groove.axis = "RADIAL", "Z"
+    links.new(groove.outputs[0], metal.inputs["Tangent"])
     links.new(metal.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return material
 

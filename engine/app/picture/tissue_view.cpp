@@ -187,6 +187,12 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
+    // On the dentin's side of a boundary to enamel, the enamel has no thickness, so it has the colour of the dentin
+    // below it. The shader interpolates this colour, and the boundary has no step of colour.
+    if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
+      v.under = Tissue::kDentin, v.shows = 1;
+      continue;
+    }
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
       // The lower tissue begins within the last step. A bisection finds the boundary with a precision of an eighth of a

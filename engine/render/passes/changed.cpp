@@ -138,7 +138,7 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
 }  // namespace
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, same values as in lighting.glsl
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;  // m, same values as in lighting.glsl
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   if (handpiece_shades(data, center, radius)) return true;
