@@ -38,11 +38,9 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest deviation of a sample's curved path from a straight line. A larger value divides the path of a fast
-// rotation into fewer parts: 20 rad/s and 0.5 m/s of a head of 12 mm, in voxels of 0.1 mm, need one part instead of
-// two.
-constexpr double kBend = 0.03, kBendOfLaws8 = 0.01, kBendOfLaws4 = 0.0025;
-constexpr std::uint32_t kLawsOfBend = 9;  // first version of the force laws that uses kBend
+// Voxels, largest deviation of a sample's curved path from a straight line. With the larger value, a fast rotation is
+// divided into half as many parts.
+constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
 }  // namespace
 
@@ -67,10 +65,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     // eighth of the change of its direction vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
-    const double most = laws >= kLawsOfBend ? kBend
-                        : laws >= 5         ? kBendOfLaws8
-                                            : kBendOfLaws4,
-                 shortest = laws >= 5 ? kShort : kShortOfLaws4;
+    const double most = laws >= 5 ? kBend : kBendOfLaws4, shortest = laws >= 5 ? kShort : kShortOfLaws4;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
     if (straights_ == 1 && travel_ <= shortest) straights_ = 0;
     const HeadField head(tool, frame.voxel);

@@ -42,8 +42,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
-/// returning from the plane that replaced a missing patch. A long cut of the vertex model takes several ticks. The path
-/// of a head that turns fast is divided into fewer parts.
+/// returning from the plane that replaced a missing patch. A long cut of the vertex model takes several ticks.
 /// - 8: A drilling tool that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads

@@ -131,11 +131,8 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
   }
 }
 
-TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByFewHundredthsOfAVoxel) {
-  constexpr std::uint32_t kLaws[] = {4, 5, 9};
-  constexpr float kApart[] = {0, 0.0125f, 0.0325f};  // voxels, largest difference of a sample to the first version
-  constexpr double kUnequal[] = {0, 1e-3, 2e-3};     // largest relative difference of the removed volume
-  constexpr std::size_t kCount = std::size(kLaws);
+TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByAHundredthOfAVoxel) {
+  constexpr std::uint32_t kLaws[] = {4, 5};
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
@@ -144,9 +141,9 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       const dquat R = rotation_between({0, 0, 1}, random.direction());
       const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
       const double rate = random.uniform(0.1, 0.4);  // rad of the swing's phase in a tick
-      std::vector<SurfacePatch> plain(kCount, block(tool, 1000)), known = plain;
-      double taken[kCount] = {};
-      for (std::size_t k = 0; k < kCount; ++k) {
+      SurfacePatch plain[] = {block(tool, 1000), block(tool, 1000)}, known[] = {plain[0], plain[1]};
+      double taken[2] = {};
+      for (std::size_t k = 0; k < 2; ++k) {
         CutFront front(std::span(&tool, 1), kVoxel);
         const auto at = [&](int i) {
           const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // by turns fast and slow
@@ -166,13 +163,11 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       }
       // Beyond kMargin a sample keeps its value.
       const auto kept = [](float distance) { return std::max(distance, -Sweep::kMargin); };
-      for (std::size_t k = 1; k < kCount; ++k) {
-        float apart = 0;
-        for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
-          apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[k].distance[i])));
-        EXPECT_LT(apart, kApart[k]) << static_cast<int>(shape) << ", seed " << seed << ", laws " << kLaws[k];
-        EXPECT_NEAR(taken[k] / taken[0], 1, kUnequal[k]) << static_cast<int>(shape) << ", seed " << seed;
-      }
+      float apart = 0;
+      for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
+        apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[1].distance[i])));
+      EXPECT_LT(apart, 0.0125f) << static_cast<int>(shape) << ", seed " << seed;
+      EXPECT_NEAR(taken[1] / taken[0], 1, 1e-3) << static_cast<int>(shape) << ", seed " << seed;
     }
   }
 }
