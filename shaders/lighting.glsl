@@ -134,7 +134,8 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float lit = 0.0;
     for (int i = 0; i < kShadowTaps; ++i) {
       vec2 o = disc(i, kShadowTaps);
-      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o) - kContact * kPenumbra / frame.light_size.y * length(o)));
+      float above = kContact * kPenumbra / frame.light_size.y * length(o);
+      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o) - above));
     }
     result.x = lit / float(max(kShadowTaps, 1));
 
