@@ -312,6 +312,19 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.enamel = mode(second, kBins);
   // Enamel must be denser than dentin and cortical bone by this factor.
   constexpr double kDenser = 1.3;
+  // If much bone of different density is in the scan (a spine), the brightest class can contain bone, dentin and
+  // enamel. Then this class is divided again, and only its upper part is enamel.
+  constexpr double kLeastEnamel = 0.003;  // smallest fraction of the bright voxels that is enamel
+  const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
+  std::size_t third = crown + 1;
+  for (std::size_t c = crown + 1; c < kBins; ++c) {
+    if (between(crown, c) + between(c, kBins) > between(crown, third) + between(third, kBins)) third = c;
+  }
+  const double upper = mode(third, kBins);
+  if (upper - offset > kDenser * (greys.enamel - offset) && mass[kBins] - mass[third] > kLeastEnamel * mass[kBins]) {
+    greys.hard = mode(crown, third);
+    greys.enamel = upper;
+  }
   // Metal must be much brighter than enamel: it must exceed enamel by more than enamel exceeds dentin.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
