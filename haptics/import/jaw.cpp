@@ -428,8 +428,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
   // At the border of a canal, the grey value is halfway between the canal and the bone around it. If the canal has a
-  // thin bright wall that the blur has dimmed, the grey value at the border is higher.
-  const LayerBound layer_bound;
+  // bright wall, there is no cancellous bone between the canal and its wall.
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
@@ -441,10 +440,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     // belongs to the canal's wall.
     constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
-    const double rise = greys.hard - greys.soft;
-    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)
-                             ? greys.soft + rise * layer_bound((wall - greys.soft) / rise)
-                             : greys.canal();
+    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall) ? greys.bright() : greys.canal();
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
@@ -452,6 +448,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   // that the blur fills it, the grey value at the border is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
+  const LayerBound layer_bound;
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
   const auto is_hard = [&](std::size_t i) {
     const double dip = (greys.hard - static_cast<double>(darkest.v[i])) / (greys.hard - greys.soft);
