@@ -58,7 +58,6 @@ Arm read_arm(const std::filesystem::path& file) {
                    "current_limit_A",
                    "force_limit_N",
                    "stiffness_N_per_m",
-                   "damping_Ns_per_m",
                    "continuous_force_N",
                    "joint_speed_rad_per_s",
                    "vibration_band_Hz",
@@ -105,7 +104,6 @@ Arm read_arm(const std::filesystem::path& file) {
   arm.current_limit = json.number_or("current_limit_A", arm.current_limit, 0.01, 20);
   arm.force_limit = json["force_limit_N"].number(0.01, 200);
   arm.stiffness = json["stiffness_N_per_m"].number(1, 1e5);
-  arm.damping = json.number_or("damping_Ns_per_m", 0, 0, 1000);
   arm.continuous_force = json.number_or("continuous_force_N", 0, 0, arm.force_limit);
   arm.joint_speed = json.number_or("joint_speed_rad_per_s", arm.joint_speed, 1, 1000);
   arm.vibration_band = json.number_or("vibration_band_Hz", 0, 0, 1000);

@@ -27,12 +27,12 @@ struct Arm {
   std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F means that the stylus has no encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
-  double current_limit = 3;  // A, largest current of a motor; the firmware of the boards has no limit
-  double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m; values for this arm
-  double continuous_force = 0;  // N, force that the motors can give permanently without overheating
-  double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
-  double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
-  double joint_speed = 30;      // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
+  double current_limit = 3;                  // A, largest current of a motor; the firmware of the boards has no limit
+  double force_limit = 5, stiffness = 1000;  // N, N/m; values for this arm
+  double continuous_force = 0;               // N, force that the motors can give permanently without overheating
+  double vibration_band = 0;                 // Hz, largest vibration frequency that the arm can render
+  double silence = 0;       // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
+  double joint_speed = 30;  // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
   // Values for the gravity compensation of the bodies B and C: masses, and distances of their centres of mass from
   // their joints.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m

@@ -15,7 +15,9 @@ struct ArchSurface {
   Mesh mesh;  // a closed mesh whose triangles face outward
   // Number of triangles that come from the scan or close its holes. The triangles of the base follow them in the mesh.
   std::size_t scanned = 0;
-  dvec3 up{0, 0, 1};                 // unit vector that points from the border of the scan towards its surface
+  // unit vector that points from the border of the scan, or from the flat base of a closed mesh, towards the teeth;
+  // zero if it is unknown
+  dvec3 up{0};
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
 };
 

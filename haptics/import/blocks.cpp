@@ -416,7 +416,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   return d;
 }
 
-Bodies find_bodies(const Mask& mask) {
+std::vector<Body> find_bodies(const Mask& mask) {
   // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
   // (union–find).
   struct Run {
@@ -458,22 +458,37 @@ Bodies find_bodies(const Mask& mask) {
       if (x > 0) join_row(row - static_cast<std::size_t>(size.y), first);
     }
   }
-  std::vector<std::size_t> of_root(runs.size(), 0);
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    of_root[root(static_cast<std::uint32_t>(r))] += static_cast<std::size_t>(runs[r].end - runs[r].begin);
-  Bodies bodies;
-  const auto largest = static_cast<std::size_t>(std::ranges::max_element(of_root) - of_root.begin());
-  for (const std::size_t voxels : of_root) {
-    if (voxels > 0) bodies.voxels.push_back(voxels);
+  std::vector<Body> of_root(runs.size(), Body{.lo = size});
+  for (const Run& run : runs) {
+    Body& body = of_root[root(static_cast<std::uint32_t>(&run - runs.data()))];
+    const std::uint8_t* begin = &mask(run.x, run.y, run.begin);
+    body.voxels += static_cast<std::size_t>(run.end - run.begin);
+    body.bright += static_cast<std::size_t>(std::count(begin, begin + (run.end - run.begin), kBrightVoxel));
+    body.lo = glm::min(body.lo, glm::ivec3(run.x, run.y, run.begin));
+    body.hi = glm::max(body.hi, glm::ivec3(run.x, run.y, run.end - 1));
   }
-  if (bodies.voxels.empty()) return bodies;
-  bodies.lo = size, bodies.hi = glm::ivec3(-1);
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    if (root(static_cast<std::uint32_t>(r)) != largest) continue;
-    bodies.lo = glm::min(bodies.lo, glm::ivec3(runs[r].x, runs[r].y, runs[r].begin));
-    bodies.hi = glm::max(bodies.hi, glm::ivec3(runs[r].x, runs[r].y, runs[r].end - 1));
+  std::erase_if(of_root, [](const Body& body) { return body.voxels == 0; });
+  return of_root;
+}
+
+std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
+  constexpr double kSplinter = 0.02, kBright = 0.1;  // shares of the most voxels, of the most bright voxels
+  std::size_t most = 0, most_bright = 0;
+  for (const Body& body : bodies) most = std::max(most, body.voxels);
+  const auto counts = [&](const Body& body) {
+    return static_cast<double>(body.voxels) >= kSplinter * static_cast<double>(most);
+  };
+  for (const Body& body : bodies) {
+    if (counts(body)) most_bright = std::max(most_bright, body.bright);
   }
-  return bodies;
+  const double bound =
+      static_cast<double>(most_bright) >= least_bright ? kBright * static_cast<double>(most_bright) : 0;
+  std::size_t best = 0, best_voxels = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!counts(bodies[b]) || static_cast<double>(bodies[b].bright) < bound) continue;
+    if (bodies[b].voxels > best_voxels) best = b, best_voxels = bodies[b].voxels;
+  }
+  return best;
 }
 
 double fraction_near(const Mask& mask) {
@@ -499,9 +514,8 @@ std::int32_t SparseComponents::largest() const {
 }
 
 SparseComponents components(const SparseMask& mask, bool corners) {
-  SparseComponents c{Sparse<std::int32_t>(mask.set, 0, 0), {0}};
-  std::vector<std::int32_t> blocks(mask.set->slot.size(), 0);
-  Spread<std::int32_t> spread(mask, corners, c.label, blocks);
+  SparseComponents c{Sparse<std::int32_t>(mask.set, 0, 0), {0}, std::vector<std::int32_t>(mask.set->slot.size(), 0)};
+  Spread<std::int32_t> spread(mask, corners, c.label, c.blocks);
   for (std::size_t b = 0; b < mask.set->first.size(); ++b) {
     const glm::ivec3 lo = mask.set->first[b], hi = glm::min(lo + kEdge, mask.set->size);
     for (int x = lo.x; x < hi.x; ++x) {

@@ -160,13 +160,19 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
 /// nearest sample of the mask is farther away than `reach` voxels along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
-/// The connected components of a dense mask. Samples are connected over faces.
-struct Bodies {
-  std::vector<std::size_t> voxels;  // number of voxels of each component
-  // first and last sample of the largest component's bounding box; lo > hi if there is no component
-  glm::ivec3 lo{0}, hi{-1};
+/// A connected component of a dense mask.
+struct Body {
+  std::size_t voxels = 0;    // number of its voxels
+  std::size_t bright = 0;    // number of its voxels with the mask's value kBrightVoxel
+  glm::ivec3 lo{0}, hi{-1};  // first and last sample of its bounding box
 };
-Bodies find_bodies(const Mask& mask);
+inline constexpr std::uint8_t kBrightVoxel = 2;
+/// Returns the connected components of a dense mask. Samples are connected over faces.
+std::vector<Body> find_bodies(const Mask& mask);
+/// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
+/// body has teeth if it has at least `least_bright` bright voxels and a tenth of the most of any body. Bodies that are
+/// much smaller than the largest one (splinters) do not count. Returns 0 for no body.
+std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
 /// Fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
 double fraction_near(const Mask& mask);
@@ -176,7 +182,9 @@ struct SparseComponents {
   // stored
   Sparse<std::int32_t> label;
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  std::int32_t largest() const;     // number of the largest component; 0 if there is none
+  // for each block that is not stored (indexed as BlockSet::slot): number of its component, or 0
+  std::vector<std::int32_t> blocks;
+  std::int32_t largest() const;  // number of the largest component; 0 if there is none
 };
 /// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
 /// over edges and corners (26 neighbours). Blocks that are not stored are always connected over faces.

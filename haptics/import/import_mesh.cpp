@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -165,6 +166,69 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   return best;
 }
 
+/// Returns the direction from the flat base of a closed mesh (a plaster model, a scan closed by other software) to the
+/// teeth; zero if no side is clearly the flattest. The base is the plane at the mesh's hull that bears most triangles.
+dvec3 away_from_base(const Mesh& mesh) {
+  struct Face {
+    dvec3 normal, middle;  // normal: unit vector
+    double area;
+  };
+  std::vector<Face> faces;
+  double whole = 0;
+  for (const auto& c : mesh.corners) {
+    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };
+    const dvec3 normal = 0.5 * glm::cross(at(1) - at(0), at(2) - at(0));
+    const double area = glm::length(normal);
+    if (!(area > 0)) continue;
+    faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
+    whole += area;
+  }
+  // Of the small triangles, one in `every` stands for all, so that a fine mesh takes no longer than a coarse one.
+  constexpr double kEnough = 20'000;
+  const double small = whole / kEnough;
+  const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
+  std::size_t next = 0;
+  std::erase_if(faces, [&](Face& f) {
+    if (f.area > small) return false;
+    f.area *= static_cast<double>(every);
+    return next++ % every != 0;
+  });
+  constexpr double kDeep = 1.5e-3;   // m, depth of grooves in a base
+  constexpr double kSlope = 0.9;     // cosine of the largest angle between a triangle of the base and the base
+  constexpr double kLeast = 0.08;    // smallest fraction of the mesh's area that is a base
+  constexpr double kClear = 1.3;     // the base bears this times the area of any other side
+  constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
+  struct Side {
+    dvec3 out{0};
+    double area = 0;
+  };
+  std::vector<Side> sides(kDirections);
+  tbb::parallel_for(0, kDirections, [&](int k) {
+    const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
+    dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
+    // The mean normal of the triangles at this side is nearer to the normal of the base.
+    for (int pass = 0; pass < 3; ++pass) {
+      double top = -1e300, area = 0;
+      dvec3 mean(0);
+      for (const Face& f : faces) top = std::max(top, glm::dot(f.middle, out));
+      for (const Face& f : faces) {
+        if (glm::dot(f.normal, out) < kSlope || glm::dot(f.middle, out) < top - kDeep) continue;
+        area += f.area, mean += f.area * f.normal;
+      }
+      sides[static_cast<std::size_t>(k)] = {out, area};
+      if (!(area > 0)) return;
+      out = glm::normalize(mean);
+    }
+  });
+  const Side base = *std::ranges::max_element(sides, {}, &Side::area);
+  constexpr double kApart = 0.7;  // cosine; directions that are nearer to the base belong to it
+  double other = 0;
+  for (const Side& side : sides) {
+    if (glm::dot(side.out, base.out) < kApart) other = std::max(other, side.area);
+  }
+  return base.area > kLeast * whole && base.area > kClear * other ? -base.out : dvec3(0);
+}
+
 /// Removes loose pieces whose area is less than 2 % of the largest piece's area. Returns the number of removed pieces.
 std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kLeast = 0.02;
@@ -302,7 +366,8 @@ std::optional<double> bound_between(std::vector<double> values) {
 }
 
 /// Finds which points of an arch are gingiva. The result has one byte per point.
-std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double crown, std::vector<std::string>& notes) {
+std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh& mesh, const dvec3& up, double crown,
+                                   std::vector<std::string>& notes) {
   std::vector<std::uint8_t> gum(mesh.points.size(), 0);
   if (!mesh.colors.empty()) {
     std::vector<double> red;
@@ -312,6 +377,11 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
       notes.emplace_back("gum and teeth are told by colour");
       return gum;
     }
+  }
+  if (up == dvec3(0)) {
+    throw Error(file.string(), "mesh", "closed, without colours and without a flat base",
+                "an open scan, a scan with colours, or a base that is flatter than any other side, so that it is known "
+                "where the teeth are");
   }
   // Without colours, a point is classified by its height below the highest point nearby, measured along `up`. A point
   // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or the palate. The
@@ -509,6 +579,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
     arch.repairs.push_back(fmt::format("a base added under the border of {:.0f} mm, {:g} mm below the lowest point",
                                        base.length / kMillimetre, kBaseDepth / kMillimetre));
   } else {
+    arch.up = away_from_base(mesh);
     add_words(arch.repairs, repairs, "");
   }
   if (pieces > 0) arch.repairs.push_back(fmt::format("{} loose pieces left out", pieces));
@@ -528,7 +599,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const std::size_t scanned = arch.scanned;
   report.repairs = std::move(arch.repairs);
   Bounds bounds;
-  std::vector<std::uint8_t> gum = find_gum(mesh, up, options.crown.value_or(kUsualCrown), report.notes);
+  std::vector<std::uint8_t> gum = find_gum(file, mesh, up, options.crown.value_or(kUsualCrown), report.notes);
 
   bounds.add(mesh);
   DenseTissue& out = result.tissue;

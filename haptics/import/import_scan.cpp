@@ -184,6 +184,7 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
   // adjacent tissue can be anything from cancellous bone to metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
+  if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
   if (!greys.jaw.has_enamel) greys.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
   return greys;
 }
@@ -209,6 +210,30 @@ Imported import_region(const std::filesystem::path& file, const Scan& scan, cons
                        const ImportOptions& options) {
   const ImportRegion all{scan.origin, scan.origin + dvec3(scan.grey.size - 1) * scan.spacing};
   return import_read_scan(file, cropped(scan, options.region.value_or(all)), &greys, options);
+}
+
+// Adds notes about the largest bodies that are not imported.
+static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t main, const Scan& scan,
+                                 ImportReport& report) {
+  constexpr double kLeast = 0.3e-6;  // m³, smallest volume of a body that is worth a note
+  constexpr std::size_t kMost = 4;
+  const double voxel = scan.spacing.x * scan.spacing.y * scan.spacing.z;
+  std::vector<const Body*> others;
+  for (const Body& body : bodies) {
+    if (&body != &bodies[main] && static_cast<double>(body.voxels) * voxel >= kLeast) others.push_back(&body);
+  }
+  std::ranges::sort(others, std::greater<>(), &Body::voxels);
+  others.resize(std::min(others.size(), kMost));
+  for (const Body* body : others) {
+    const dvec3 from = (scan.origin + dvec3(body->lo) * scan.spacing) / kMillimetre,
+                to = (scan.origin + dvec3(body->hi) * scan.spacing) / kMillimetre;
+    report.notes.push_back(fmt::format(
+        "another body of {:.1f} cm³{} is left out; --region-mm {:.0f},{:.0f},{:.0f},{:.0f},{:.0f},{:.0f} shows where "
+        "it lies",
+        static_cast<double>(body->voxels) * voxel / 1e-6,
+        static_cast<double>(body->bright) * voxel >= Levels::kLeastTeeth ? " with teeth" : "", std::floor(from.x),
+        std::floor(from.y), std::floor(from.z), std::ceil(to.x), std::ceil(to.y), std::ceil(to.z)));
+  }
 }
 
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
@@ -249,18 +274,22 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
                     levels.soft};
   Mask solid(smooth.size, 0);
   const auto surface = static_cast<float>(levels.surface());
+  const auto tooth_grey = static_cast<float>(levels.tooth.value_or(std::numeric_limits<float>::infinity()));
   for_each_slab(solid.size.x, [&](int x) {
     const std::size_t slab = solid.index(x, 0, 0), end = slab + solid.v.size() / static_cast<std::size_t>(solid.size.x);
-    for (std::size_t i = slab; i < end; ++i) solid.v[i] = smooth.v[i] > surface;
+    for (std::size_t i = slab; i < end; ++i)
+      solid.v[i] = smooth.v[i] > surface ? smooth.v[i] > tooth_grey ? kBrightVoxel : 1 : 0;
   });
   smooth = Grid<float>();
-  const Bodies bodies = find_bodies(solid);
-  if (bodies.voxels.empty()) {
+  const std::vector<Body> bodies = find_bodies(solid);
+  if (bodies.empty()) {
     throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()),
                 "tissue; see --thresholds");
   }
-  for (const std::size_t voxels : bodies.voxels) report.bodies_found += voxels >= 8;
-  const glm::ivec3 lo = bodies.lo, hi = bodies.hi, scan_size = solid.size;
+  for (const Body& body : bodies) report.bodies_found += body.voxels >= 8;
+  const std::size_t main = main_body(bodies, Levels::kLeastTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
+  const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
+  if (jaw) say_what_is_left_out(bodies, main, scan, report);
   const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
                              scan.spacing.y * scan.spacing.z;  // volume in m³
   solid = Mask();

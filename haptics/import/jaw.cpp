@@ -312,6 +312,19 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.enamel = mode(second, kBins);
   // Enamel must be denser than dentin and cortical bone by this factor.
   constexpr double kDenser = 1.3;
+  // If much bone of different density is in the scan (a spine), the brightest class can contain bone, dentin and
+  // enamel. Then this class is divided again, and only its upper part is enamel.
+  constexpr double kLeastEnamel = 0.003;  // smallest fraction of the bright voxels that is enamel
+  const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
+  std::size_t third = crown + 1;
+  for (std::size_t c = crown + 1; c < kBins; ++c) {
+    if (between(crown, c) + between(c, kBins) > between(crown, third) + between(third, kBins)) third = c;
+  }
+  const double upper = mode(third, kBins);
+  if (upper - offset > kDenser * (greys.enamel - offset) && mass[kBins] - mass[third] > kLeastEnamel * mass[kBins]) {
+    greys.hard = mode(crown, third);
+    greys.enamel = upper;
+  }
   // Metal must be much brighter than enamel: it must exceed enamel by more than enamel exceeds dentin.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
@@ -415,8 +428,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
   // At the border of a canal, the grey value is halfway between the canal and the bone around it. If the canal has a
-  // thin bright wall that the blur has dimmed, the grey value at the border is higher.
-  const LayerBound layer_bound;
+  // bright wall, there is no cancellous bone between the canal and its wall.
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
@@ -428,10 +440,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     // belongs to the canal's wall.
     constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
-    const double rise = greys.hard - greys.soft;
-    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)
-                             ? greys.soft + rise * layer_bound((wall - greys.soft) / rise)
-                             : greys.canal();
+    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall) ? greys.bright() : greys.canal();
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
@@ -439,6 +448,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   // that the blur fills it, the grey value at the border is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
+  const LayerBound layer_bound;
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
   const auto is_hard = [&](std::size_t i) {
     const double dip = (greys.hard - static_cast<double>(darkest.v[i])) / (greys.hard - greys.soft);

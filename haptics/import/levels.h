@@ -18,6 +18,10 @@ struct Levels {
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
   // true if a thin layer on the tissue that is as bright as `outside` counts as surroundings
   bool fixed_surround = false;
+  // grey value above which a voxel belongs to a tooth; the body with teeth is imported, not a larger one (a spine). No
+  // value if teeth do not decide which body is imported
+  std::optional<double> tooth;
+  static constexpr double kLeastTeeth = 8e-9;  // m³, smallest volume above `tooth` that counts as teeth
   double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings

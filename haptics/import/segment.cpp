@@ -27,19 +27,71 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
+// Decides which closed spaces in a bone are hollows and no marrow: those that hold air, and those that are larger than
+// the marrow space of any bone.
+class Hollows {
+ public:
+  /// `air` is the grey value below which a space holds air, if the scale of the grey values is known. `voxel` is in m.
+  Hollows(const Sparse<float>& smooth, const std::optional<double>& air, double voxel)
+      : smooth_(smooth), air_(air), largest_(kLargestMarrow / (voxel * voxel * voxel)) {}
+
+  /// One entry for each space.
+  std::vector<bool> operator()(const SparseComponents& spaces) const {
+    constexpr std::size_t kLeast = 30;  // voxels, a smaller space is noise
+    std::vector<bool> hollow(spaces.voxels.size(), false);
+    std::vector<std::vector<float>> greys(spaces.voxels.size());
+    for (std::size_t i = 0; i < spaces.label.v.size(); ++i) {
+      if (const std::int32_t id = spaces.label.v[i]; id > 0 && smooth_.holds(smooth_.place(i)))
+        greys[static_cast<std::size_t>(id)].push_back(smooth_.v[i]);
+    }
+    for (std::size_t id = 1; id < hollow.size(); ++id) {
+      hollow[id] = static_cast<double>(spaces.voxels[id]) > largest_;
+      if (!air_ || spaces.voxels[id] < kLeast || greys[id].empty()) continue;
+      const auto middle = greys[id].begin() + static_cast<std::ptrdiff_t>(greys[id].size() / 2);
+      std::nth_element(greys[id].begin(), middle, greys[id].end());
+      hollow[id] = hollow[id] || static_cast<double>(*middle) < *air_;
+    }
+    return hollow;
+  }
+
+ private:
+  // m³; the marrow of a whole femur is about 100 cm³
+  static constexpr double kLargestMarrow = 150e-6;
+  const Sparse<float>& smooth_;
+  std::optional<double> air_;
+  double largest_;
+};
+
 // Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
-// narrow mouth. A ball rolls in from the walls of the box, and its radius increases step by step up to `widest_mouth`
+// narrow mouth. In a bone, a closed space that holds air or is larger than any marrow space (the maxillary sinus, the
+// skull) is no cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and its
+// radius increases step by step up to `widest_mouth`
 // (voxels). A pocket into which the ball does not fit is a cavity if its mouth is small compared to its wall (a root
 // canal). Otherwise it counts as outside (a fissure, the gap between two roots). Blocks that are not stored and not
 // connected to the walls become inside in `set`.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
-                         const std::shared_ptr<BlockSet>& set) {
+                         const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
+  hollow = SparseMask(set, 0, 0);
   {
     const SparseMask open = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !solid.v[i]; });
     Reached reached = reached_from_walls(open);
     outside = std::move(reached.samples);
     outside.outside = 1;
+    if (!tooth) {
+      const SparseMask closed =
+          where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return open.v[i] && !outside.v[i]; });
+      const SparseComponents spaces = components(closed);
+      const std::vector<bool> is_hollow = hollows(spaces);
+      for (std::size_t b = 0; b < set->slot.size(); ++b) {
+        const std::int32_t id = spaces.blocks[b];
+        if (id > 0 && is_hollow[static_cast<std::size_t>(id)]) reached.blocks[b] = 1;
+      }
+      for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+        if (!closed.v[i] || !is_hollow[static_cast<std::size_t>(spaces.label.v[i])]) return;
+        hollow.v[i] = outside.v[i] = 1;
+      });
+    }
     for (std::size_t b = 0; b < set->slot.size(); ++b) {
       if (set->slot[b] == BlockSet::kOutside && !reached.blocks[b]) set->slot[b] = BlockSet::kInside;
     }
@@ -55,7 +107,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
     centres.outside = 1;
     const Sparse<float> from_centre = distance_squared_to(centres, static_cast<int>(r + 1) + 1);
     const SparseMask pocket = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
-      return outside.v[i] && !cavity.v[i] && from_centre.v[i] > static_cast<float>((r + 1) * (r + 1));
+      return outside.v[i] && !hollow.v[i] && !cavity.v[i] && from_centre.v[i] > static_cast<float>((r + 1) * (r + 1));
     });
     const SparseComponents parts = components(pocket);
     std::vector<Contacts> faces(parts.voxels.size());
@@ -89,8 +141,21 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   return cavity;
 }
 
-// Marks the parts that are kept. If `share` is 1, this is only the largest part. If `share` is less, these are all
-// parts with at least this fraction of the largest part's voxels.
+// Returns the number of the part that is the body; 0 if there is no part. `tooth` is Levels::tooth.
+std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth, const std::optional<double>& tooth,
+                     double voxel) {
+  if (parts.voxels.size() < 2 || !tooth) return parts.largest();
+  std::vector<Body> bodies(parts.voxels.size() - 1);
+  for (std::size_t k = 0; k < bodies.size(); ++k) bodies[k].voxels = parts.voxels[k + 1];
+  const auto bright = static_cast<float>(*tooth);
+  for (std::size_t i = 0; i < smooth.v.size(); ++i) {
+    const auto id = static_cast<std::size_t>(parts.label.v[i]);
+    if (id > 0 && smooth.v[i] > bright && smooth.holds(smooth.place(i))) ++bodies[id - 1].bright;
+  }
+  return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kLeastTeeth / (voxel * voxel * voxel)));
+}
+
+// Marks all parts with at least the fraction `share` of the largest part's voxels.
 std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -98,10 +163,6 @@ std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   for (std::size_t k = 1; k < keep.size(); ++k) {
     keep[k] = static_cast<double>(parts.voxels[k]) >=
               share * static_cast<double>(parts.voxels[static_cast<std::size_t>(largest)]);
-  }
-  if (share >= 1) {
-    std::fill(keep.begin(), keep.end(), false);
-    keep[static_cast<std::size_t>(largest)] = true;
   }
   return keep;
 }
@@ -228,15 +289,18 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   SparseMask solid = where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return over.v[i] > 0; });
   {
     const SparseComponents parts = components(solid);
-    const auto keep = keep_large(parts, 1);
-    for_each_sample(
-        *set, [&](const glm::ivec3&, std::size_t i) { solid.v[i] = keep[static_cast<std::size_t>(parts.label.v[i])]; });
+    const std::int32_t body = body_of(parts, smooth, levels.tooth, voxel);
+    for_each_sample(*set,
+                    [&](const glm::ivec3&, std::size_t i) { solid.v[i] = solid.v[i] && parts.label.v[i] == body; });
   }
-  SparseMask cavity;
+  SparseMask cavity, hollow;
   {
+    constexpr double kAir = -400;  // Hounsfield units; a darker space holds air
     SparseMask dense_mask(set, 0, 0);
     if (levels.dense) dense_mask = above(smooth, static_cast<float>(levels.denser()));
-    cavity = find_cavities(solid, dense_mask, std::min(0.75e-3 / voxel, 8.0), tooth, blocks);
+    cavity = find_cavities(
+        solid, dense_mask, std::min(0.75e-3 / voxel, 8.0), tooth, blocks,
+        Hollows(smooth, levels.hounsfield ? std::optional(*levels.hounsfield + kAir) : std::nullopt, voxel), hollow);
   }
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     const bool filled = solid.v[i] || cavity.v[i];
@@ -335,22 +399,29 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
 
-  // Keeps one body, and closes holes inside it that the smoothing may have opened.
+  // Keeps one body, and closes holes inside it that the smoothing may have opened. Hollows stay open.
   {
     const SparseComponents parts = components(above(s.phi, 0));
-    const auto keep = keep_large(parts, 1);
+    const std::int32_t body = body_of(parts, smooth, levels.tooth, voxel);
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      if (s.phi.v[i] > 0 && !keep[static_cast<std::size_t>(parts.label.v[i])]) s.phi.v[i] = -0.01F;
+      if (s.phi.v[i] > 0 && parts.label.v[i] != body) s.phi.v[i] = -0.01F;
     });
-    s.bodies_kept = parts.largest() > 0;
+    s.bodies_kept = body > 0;
   }
   {
     const SparseMask open =
         where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !(s.phi.v[i] > 0); });
     const SparseMask reached = reached_from_walls(open).samples;
+    const SparseComponents holes = components(
+        where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return open.v[i] && !reached.v[i]; }));
+    std::vector<bool> stays(holes.voxels.size(), false);
+    for (std::size_t i = 0; i < hollow.v.size(); ++i) {
+      if (hollow.v[i] && holes.label.v[i] > 0) stays[static_cast<std::size_t>(holes.label.v[i])] = true;
+    }
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      if (open.v[i] && !reached.v[i]) s.phi.v[i] = 0.01F;
+      if (open.v[i] && !reached.v[i] && !stays[static_cast<std::size_t>(holes.label.v[i])]) s.phi.v[i] = 0.01F;
     });
+    hollow = {};
   }
   // Limits in voxels for the distances that the labels need: largest distance, and distance up to which it is exact.
   // Labels are also read and smoothed outside the surface.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -356,39 +357,88 @@ TEST(ImportArch, WithoutColoursTheGumIsFoundByHeightWithAMessage) {
   EXPECT_GT(volume(i, Tissue::kGingiva), 50);
 }
 
-TEST(ImportArch, AFloorOfTheMouthFarFromAnyToothIsGum) {
-  // A cast: teeth along half a circle, a flat floor 13 mm below their cusps inside it and around it.
-  constexpr int kAcross = 140, kDeep = 90;
-  constexpr double kStep = 0.5, kRow = 24;  // mm
-  const auto height = [](double x, double y) { return 13 * std::exp(-std::pow((std::hypot(x, y) - kRow) / 4.5, 4)); };
-  std::string points, faces;
-  for (int i = 0; i <= kAcross; ++i) {
-    for (int j = 0; j <= kDeep; ++j) {
-      const double x = kStep * (i - 0.5 * kAcross), y = kStep * j;
-      points += fmt::format("{} {} {}\n", x, y, height(x, y));
-      if (i == kAcross || j == kDeep) continue;
-      const int a = i * (kDeep + 1) + j, b = a + kDeep + 1;
-      faces += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, a + 1, a + 1, b, b + 1);
+/// A cast: teeth along half a circle, a flat floor 13 mm below their cusps inside it and around it. Lengths in mm.
+struct Cast {
+  static constexpr int kAcross = 140, kDeep = 90;
+  static constexpr double kStep = 0.5, kRow = 24, kBase = 8;
+  static double height(double x, double y) { return 13 * std::exp(-std::pow((std::hypot(x, y) - kRow) / 4.5, 4)); }
+  /// A closed cast has walls and a flat base kBase below the floor.
+  static std::string ply(bool closed, const glm::dmat3& turn = glm::dmat3(1)) {
+    std::string points, faces;
+    int count = 0;
+    const auto face = [&](int a, int b, int c) { faces += fmt::format("3 {} {} {}\n", a, b, c), ++count; };
+    const int below = (kAcross + 1) * (kDeep + 1);
+    for (int layer = 0; layer <= (closed ? 1 : 0); ++layer) {
+      for (int i = 0; i <= kAcross; ++i) {
+        for (int j = 0; j <= kDeep; ++j) {
+          const double x = kStep * (i - 0.5 * kAcross), y = kStep * j;
+          const dvec3 p = turn * dvec3(x, y, layer == 0 ? height(x, y) : -kBase);
+          points += fmt::format("{} {} {}\n", p.x, p.y, p.z);
+          const int a = i * (kDeep + 1) + j + layer * below, b = a + kDeep + 1;
+          if (i < kAcross && j < kDeep)
+            layer == 0 ? (face(a, b, a + 1), face(a + 1, b, b + 1)) : (face(a, a + 1, b), face(a + 1, b + 1, b));
+        }
+      }
     }
+    const auto wall = [&](int a, int b) { face(a, a + below, b), face(b, a + below, b + below); };
+    for (int j = 0; j < kDeep && closed; ++j) {
+      const int far = kAcross * (kDeep + 1);
+      wall(j, j + 1), wall(far + j + 1, far + j);
+    }
+    for (int i = 0; i < kAcross && closed; ++i) {
+      const int a = i * (kDeep + 1), b = a + kDeep + 1;
+      wall(b, a), wall(a + kDeep, b + kDeep);
+    }
+    return fmt::format(
+               "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+               "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+               (closed ? 2 : 1) * below, count) +
+           points + faces;
   }
-  test::write(
-      scratch("cast.ply"),
-      fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
-                  "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                  (kAcross + 1) * (kDeep + 1), 2 * kAcross * kDeep) +
-          points + faces);
+};
+
+TEST(ImportArch, TheTeethOfAClosedCastAreAwayFromItsFlatBaseWhicheverWayItLies) {
+  ImportOptions o = arch_options();
+  o.voxel = 0.4e-3;
+  double upright = 0;
+  const glm::dmat3 oblique(glm::rotate(glm::dmat4(1), 2.3, glm::normalize(dvec3(0.4, -0.7, 0.6))));
+  for (const glm::dmat3& turn :
+       {glm::dmat3(1), haptics::quarter_turns("x180"), haptics::quarter_turns("y90"), oblique}) {
+    test::write(scratch("closed_cast.ply"), Cast::ply(true, turn));
+    const Imported i = import_tissue(scratch("closed_cast.ply"), o);
+    const double enamel = volume(i, Tissue::kEnamel);
+    if (upright == 0) upright = enamel;
+    EXPECT_GT(enamel, 500);
+    // The rule that tells gum from teeth by height depends on the direction of its cells.
+    EXPECT_NEAR(enamel / upright, 1, turn == oblique ? 0.3 : 0.05);
+    const auto tissue_at = [&](const dvec3& mm) {
+      const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(turn * mm * kMillimetre)));
+      return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
+    };
+    EXPECT_EQ(tissue_at({0, 20, -Cast::kBase + 0.6}), Tissue::kGingiva);
+    EXPECT_EQ(tissue_at({0, Cast::kRow, Cast::height(0, Cast::kRow) - 0.6}), Tissue::kEnamel);
+  }
+}
+
+TEST(ImportArch, AClosedMeshWithoutABaseAndColoursIsRefused) {
+  const auto file = ball({0, 0, 0}, 12).write("round.stl");
+  EXPECT_THAT(message_of(file, arch_options()), HasSubstr("without a flat base"));
+}
+
+TEST(ImportArch, AFloorOfTheMouthFarFromAnyToothIsGum) {
+  test::write(scratch("cast.ply"), Cast::ply(false));
   ImportOptions o = arch_options();
   o.voxel = 0.3e-3;
   const Imported i = import_tissue(scratch("cast.ply"), o);
   const auto tissue_at = [&](double x, double y) {
-    const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(dvec3(x, y, height(x, y) - 0.5) * kMillimetre)));
+    const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(dvec3(x, y, Cast::height(x, y) - 0.5) * kMillimetre)));
     return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
   };
   for (const double x : {-6.0, 0.0, 5.0}) {
     for (const double y : {2.0, 6.0, 9.0}) EXPECT_EQ(tissue_at(x, y), Tissue::kGingiva) << x << " " << y;
   }
   for (const double angle : {0.3, 1.0, kPi / 2, 2.5})
-    EXPECT_EQ(tissue_at(kRow * std::cos(angle), kRow * std::sin(angle)), Tissue::kEnamel) << angle;
+    EXPECT_EQ(tissue_at(Cast::kRow * std::cos(angle), Cast::kRow * std::sin(angle)), Tissue::kEnamel) << angle;
 }
 
 TEST(ImportArch, TheUnitOfAnImplausibleSizeIsAskedForAndNotGuessed) {
