@@ -97,10 +97,10 @@ void SphereProxy::move_to(const Pose& X_W) noexcept {
   X_W_ = X_W;
 }
 
-void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& center_before,
+void SphereProxy::note_cut(const SphereTree& tree, Place place, const dvec3& center_before,
                            double radius_before) noexcept {
-  const dvec3 center = tree.center(sphere);
-  const double radius = tree.radius(sphere), out = glm::distance(center, center_before) + radius - radius_before;
+  const dvec3 center = tree.center(place);
+  const double radius = tree.radius(place), out = glm::distance(center, center_before) + radius - radius_before;
   if (!(radius > 0) || out <= 0) return;
   noted_ = true;
   if (out <= kStickOut) {
@@ -162,7 +162,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     gap_[i * room_ + list.count++] = static_cast<float>(found_gaps_[k]);
   }
   for (std::size_t k = list.count; k % kLanes != 0; ++k) {
-    listed_[i * room_ + k] = 0;
+    listed_[i * room_ + k] = Place{};
     gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
   }
 }
@@ -189,7 +189,7 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  std::array<int, SphereTree::kWide> some;
+  std::array<Place, SphereTree::kWide> some;
   std::size_t count = 0;
   const auto test = [&] {
     const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
@@ -198,8 +198,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   };
   each_listed(
       i, [&] { return list.moved + best.t * bound; },
-      [&](int sphere) {
-        some[count++] = sphere;
+      [&](Place place) {
+        some[count++] = place;
         if (count == some.size()) test();
       });
   if (count > 0) test();
@@ -251,7 +251,7 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
 }
 
 std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const Pose& to,
-                                   std::span<int> found) const noexcept {
+                                   std::span<Place> found) const noexcept {
   const NearList& list = lists_[i];
   const Motion motion = motion_to(to);
   const double bound = motion.way(arm_[i]), r = tool_.radius[i];
@@ -263,20 +263,20 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 /// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
 /// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
-                                     double reach, std::span<int> found) const noexcept {
+                                     double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0;
   each_listed(
       i, [&] { return gap; },
-      [&](int sphere) {
-        if (!tree.is_near(sphere, a, b, reach)) return;
-        if (count < found.size()) found[count] = sphere;
+      [&](Place place) {
+        if (!tree.is_near(place, a, b, reach)) return;
+        if (count < found.size()) found[count] = place;
         ++count;
       });
   return count;
 }
 
 std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double epsilon,
-                                   std::span<int> found) noexcept {
+                                   std::span<Place> found) noexcept {
   NearList& list = lists_[i];
   const dvec3 c = X_W_ * tool_.center_T[i];
   const double reach = tool_.radius[i] + epsilon;

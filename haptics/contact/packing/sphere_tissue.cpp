@@ -23,21 +23,24 @@ double ball_volume(double r) {
 
 SphereTissue::SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell)
     : removal_(removal),
-      tissue_(packing.tissue),
-      hardness_(packing.size(), 1.0f),
-      tree_(packing.center, packing.radius) {
+      tree_(packing.center, packing.radius),
+      spheres_(tree_.places()),
+      tissue_(tree_.places()),
+      hardness_(tree_.places(), 1.0f) {
   const PerTissue filled = packing.sphere_volume();
-  spheres_.reserve(packing.size());
   for (std::size_t i = 0; i < packing.size(); ++i) {
     const auto t = static_cast<std::size_t>(packing.tissue[i]);
     const double volume = cell.empty() ? ball_volume(packing.radius[i]) * packing.solid_volume[t] / filled[t] : cell[i];
-    spheres_.push_back({packing.center[i], packing.radius[i], volume, {}, 0, 0});
+    const auto place = static_cast<std::size_t>(tree_.place_of(static_cast<int>(i)));
+    spheres_[place] = {packing.center[i], packing.radius[i], volume, {}, 0, 0};
+    tissue_[place] = packing.tissue[i];
   }
 }
 
 void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept {
-  tissue_[static_cast<std::size_t>(i)] = tissue;
-  hardness_[static_cast<std::size_t>(i)] = static_cast<float>(hardness);
+  const auto place = static_cast<std::size_t>(tree_.place_of(i));
+  tissue_[place] = tissue;
+  hardness_[place] = static_cast<float>(hardness);
   graded_ = graded_ || hardness != 1;
 }
 
@@ -56,9 +59,7 @@ double SphereTissue::counted(const CutSphere& s) const noexcept {
 
 PerTissue SphereTissue::volumes() const noexcept {
   PerTissue sum{};
-  for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    sum[static_cast<std::size_t>(tissue_[i])] += volume(static_cast<int>(i));
-  }
+  for (int i = 0; i < static_cast<int>(size()); ++i) sum[static_cast<std::size_t>(tissue(i))] += volume(i);
   return sum;
 }
 
@@ -85,71 +86,73 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   return true;
 }
 
-std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed,
+std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                               std::span<CutSphere> before, Removed& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
   return cut_near(found, a, b, r, changed, before, removed);
 }
 
-std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
-                                   std::span<CutSphere> before, Removed& removed) noexcept {
+std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
+                                   std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
+  std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
   for (std::size_t k = 0; k < found; ++k) {
-    const int i = changed[k];
-    CutSphere s = sphere(i);
+    const Place place = changed[k];
+    CutSphere s = sphere(place);
     const CutSphere was = s;
     if (!after_cut(s, a, b, r)) continue;
-    count(i, counted(was) - counted(s), removed);
-    if (unmended >= 0 && !tree_.share_leaf(unmended, i)) tree_.mend_above(unmended);
-    put(unmended = i, s);
+    count(place, counted(was) - counted(s), removed);
+    if (unmended && !tree_.share_leaf(*unmended, place)) tree_.mend_above(*unmended);
+    put(place, s);
+    unmended = place;
     if (kept < before.size()) before[kept] = was;
-    changed[kept++] = i;
+    changed[kept++] = place;
   }
-  if (unmended >= 0) tree_.mend_above(unmended);
+  if (unmended) tree_.mend_above(*unmended);
   return kept;
 }
 
 void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
-  count(i, volume(i) - counted(after), removed);
+  count(tree_.place_of(i), volume(i) - counted(after), removed);
   set(i, after);
 }
 
-void SphereTissue::count(int i, double taken, Removed& removed) const noexcept {
-  const auto t = static_cast<std::size_t>(tissue(i));
+void SphereTissue::count(Place place, double taken, Removed& removed) const noexcept {
+  const auto t = static_cast<std::size_t>(tissue(place));
   removed.volume[t] += taken;
-  removed.hardened[t] += taken * hardness(i);
+  removed.hardened[t] += taken * hardness(place);
 }
 
-double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+double SphereTissue::cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
                           const PerTissue& weight) const noexcept {
   double sum = 0;
-  for (const int i : near) {
-    CutSphere s = sphere(i);
+  for (const Place place : near) {
+    CutSphere s = sphere(place);
     const double before = counted(s);
     if (!after_cut(s, a, b, r)) continue;
-    sum += (before - counted(s)) * hardness(i) * weight[static_cast<std::size_t>(tissue(i))];
+    sum += (before - counted(s)) * hardness(place) * weight[static_cast<std::size_t>(tissue(place))];
   }
   return sum;
 }
 
-double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
                      const PerTissue& weight) noexcept {
   double sum = 0;
   bool first = true;
-  for (const int i : near) {
-    const auto k = static_cast<std::size_t>(i);
-    const CutSphere& before = tried_in_[k] == number_ ? state_[k] : tissue.sphere(i);
+  for (const Place place : near) {
+    const auto k = static_cast<std::size_t>(place);
+    const CutSphere& before = several_ && tried_in_[k] == number_ ? state_[k] : tissue.sphere(place);
     CutSphere s = before;
     if (!tissue.after_cut(s, a, b, r)) continue;
     const double taken = tissue.counted(before) - tissue.counted(s);
-    sum += taken * tissue.hardness(i) * weight[static_cast<std::size_t>(tissue.tissue(i))];
+    sum += taken * tissue.hardness(place) * weight[static_cast<std::size_t>(tissue.tissue(place))];
     if (steps_.size() < kMostSteps) {
-      steps_.push_back({i, first, taken, s});
+      steps_.push_back({place, first, taken, s});
       first = false;
     } else {
       complete_ = false;
     }
+    if (!several_) continue;
     state_[k] = s;
     tried_in_[k] = number_;
   }
@@ -157,14 +160,14 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, cons
 }
 
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
-  put(i, s);
-  tree_.mend_above(i);
+  put(tree_.place_of(i), s);
+  tree_.mend_above(tree_.place_of(i));
 }
 
 /// Sets a sphere without updating the tree's boxes above it.
-void SphereTissue::put(int i, const CutSphere& s) noexcept {
-  spheres_[static_cast<std::size_t>(i)] = s;
-  tree_.put(i, s.center(), gone(s) ? 0 : s.radius());
+void SphereTissue::put(Place place, const CutSphere& s) noexcept {
+  spheres_[static_cast<std::size_t>(place)] = s;
+  tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
 }
 
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue) {

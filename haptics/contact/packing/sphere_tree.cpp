@@ -91,17 +91,17 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   slack_ = kRounding * glm::length(hi - lo);
 
   const std::size_t leaves = std::max<std::size_t>(1, (n + kWide - 1) / kWide);
-  id_of_.resize(n);
-  std::iota(id_of_.begin(), id_of_.end(), 0);
+  sphere_in_.resize(n);
+  std::iota(sphere_in_.begin(), sphere_in_.end(), 0);
   std::size_t chunk = kWide;
   while (chunk < n) chunk *= kWide;
   order(center, 0, n, chunk);
-  id_of_.resize(leaves * kWide, -1);
-  slot_of_.resize(n);
+  sphere_in_.resize(leaves * kWide, -1);
+  place_of_.resize(n);
   leaves_.assign(leaves, Leaf{});
   for (std::size_t s = 0; s < n; ++s) {
-    const auto i = static_cast<std::size_t>(id_of_[s]);
-    slot_of_[i] = static_cast<int>(s);
+    const auto i = static_cast<std::size_t>(sphere_in_[s]);
+    place_of_[i] = static_cast<Place>(s);
     Leaf& leaf = leaves_[s / kWide];
     leaf.x[s % kWide] = center[i].x, leaf.y[s % kWide] = center[i].y, leaf.z[s % kWide] = center[i].z;
     leaf.r[s % kWide] = radius[i];
@@ -119,23 +119,23 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Sorts id_of_[from .. to) such that each group of `chunk` successive spheres is close together in space; then sorts
-/// each eighth of a group in the same manner.
+/// Sorts sphere_in_[from .. to) such that each group of `chunk` successive spheres is close together in space; then
+/// sorts each eighth of a group in the same manner.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
   const std::size_t parts = (to - from + chunk - 1) / chunk;
   dvec3 lo(1e30), hi(-1e30);
   for (std::size_t s = from; s < to; ++s) {
-    const dvec3& c = center[static_cast<std::size_t>(id_of_[s])];
+    const dvec3& c = center[static_cast<std::size_t>(sphere_in_[s])];
     lo = glm::min(lo, c), hi = glm::max(hi, c);
   }
   const dvec3 wide = hi - lo;
   const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
   const std::size_t middle = from + parts / 2 * chunk;
   std::nth_element(
-      id_of_.begin() + static_cast<std::ptrdiff_t>(from), id_of_.begin() + static_cast<std::ptrdiff_t>(middle),
-      id_of_.begin() + static_cast<std::ptrdiff_t>(to), [&](int i, int j) {
+      sphere_in_.begin() + static_cast<std::ptrdiff_t>(from), sphere_in_.begin() + static_cast<std::ptrdiff_t>(middle),
+      sphere_in_.begin() + static_cast<std::ptrdiff_t>(to), [&](int i, int j) {
         const double a = center[static_cast<std::size_t>(i)][axis], b = center[static_cast<std::size_t>(j)][axis];
         return a != b ? a < b : i < j;
       });
@@ -143,8 +143,8 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-void SphereTree::put(int i, const dvec3& center, double radius) noexcept {
-  const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
+void SphereTree::put(Place place, const dvec3& center, double radius) noexcept {
+  const auto s = static_cast<std::size_t>(place);
   Leaf& leaf = leaves_[s / kWide];
   leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
   leaf.r[s % kWide] = radius;
@@ -181,7 +181,7 @@ void SphereTree::mend(std::size_t leaf) noexcept {
 
 SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m) const noexcept {
   Hit best;
-  for (std::size_t i = 0; i < slot_of_.size(); ++i) {
+  for (std::size_t i = 0; i < place_of_.size(); ++i) {
     const double rb = radius(static_cast<int>(i));
     if (!(rb > 0)) continue;
     const double t = contact_time(center(static_cast<int>(i)) - p, m, rb + r);
@@ -190,7 +190,7 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
   return best;
 }
 
-SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& p, double r,
+SphereTree::Hit SphereTree::first_of(std::span<const Place> spheres, const dvec3& p, double r,
                                      const dvec3& m) const noexcept {
   Leaf leaf{};
   for (std::size_t k = 0; k < spheres.size(); ++k) {
@@ -201,7 +201,9 @@ SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& 
   contact_times(leaf, p, r, m, t);
   Hit best;
   for (std::size_t k = 0; k < spheres.size(); ++k) {
-    if (t[k] < best.t || (t[k] == best.t && t[k] != kNever && spheres[k] < best.sphere)) best = {t[k], spheres[k]};
+    if (!(t[k] <= best.t) || t[k] == kNever) continue;
+    const int i = sphere_in(spheres[k]);
+    if (t[k] < best.t || i < best.sphere) best = {t[k], i};
   }
   return best;
 }
@@ -237,7 +239,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
       contact_times(leaves_[at.index], p, r, m, t);
       for (std::size_t k = 0; k < kWide; ++k) {
         if (!(t[k] <= best.t) || t[k] == kNever) continue;
-        const int id = id_of_[at.index * kWide + k];
+        const int id = sphere_in_[at.index * kWide + k];
         if (t[k] < best.t || id < best.sphere) best = {t[k], id};
       }
       if (best) until = std::min(1.0f, static_cast<float>(best.t) * 1.000001f + 1e-12f);
@@ -261,14 +263,14 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   return best;
 }
 
-bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept {
-  const double r = radius(i), near = r + reach;
-  const dvec3 c = center(i), off = c - nearest_on(a, b, c);
+bool SphereTree::is_near(Place place, const dvec3& a, const dvec3& b, double reach) const noexcept {
+  const double r = radius(place), near = r + reach;
+  const dvec3 c = center(place), off = c - nearest_on(a, b, c);
   return r > 0 && glm::dot(off, off) < near * near;
 }
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
-                                     std::span<int> found) const noexcept {
+                                     std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
   // Upper bound of the rounding errors of single-precision positions.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
@@ -287,7 +289,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
         const double near = leaf.r[k] + reach;
         const dvec3 off = c - nearest_on(a, b, c);
         if (!(glm::dot(off, off) < near * near)) continue;
-        if (count < found.size()) found[count] = id_of_[index * kWide + k];
+        if (count < found.size()) found[count] = static_cast<Place>(index * kWide + k);
         ++count;
       }
       continue;
@@ -301,8 +303,8 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-/// Calls visit(slot, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The visit
-/// may reduce `most` to shorten the search; negative infinity ends it.
+/// Calls visit(place, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The
+/// visit may reduce `most` to shorten the search; negative infinity ends it.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -363,8 +365,8 @@ bool SphereTree::touches(const dvec3& p, double r) const noexcept {
 int SphereTree::nearest(const dvec3& p) const noexcept {
   double most = 1e15;
   int best = -1;
-  visit_nearest(p, most, [&](std::size_t slot, double off) {
-    if (off < most) most = off, best = id_of_[slot];
+  visit_nearest(p, most, [&](std::size_t place, double off) {
+    if (off < most) most = off, best = sphere_in_[place];
   });
   return best;
 }

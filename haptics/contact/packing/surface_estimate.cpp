@@ -4,7 +4,7 @@
 
 namespace typodont::haptics::packing {
 
-void OverlapSum::add(const dvec3& c, int i, double v) noexcept {
+void OverlapSum::add(const dvec3& c, Place i, double v) noexcept {
   const auto label = static_cast<std::size_t>(tissue_.tissue(i));
   const dvec3 off = c - tissue_.tree().center(i);
   const double d = glm::length(off), rho = density_[label] * tissue_.hardness(i);
@@ -35,7 +35,7 @@ namespace {
 /// in the tree's order, and return their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
-                          double epsilon, const PerTissue& density, std::span<int> scratch, Near&& near) noexcept {
+                          double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {
   OverlapSum sum(tissue, density);
   for (std::size_t t = 0; t < tool.head; ++t) {
     const dvec3 c = X_WP * tool.center_T[t];
@@ -43,7 +43,7 @@ SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, c
     const double r = tool.radius[t] + epsilon;
     const std::size_t found = std::min(near(t, c, r), scratch.size());
     for (std::size_t k = 0; k < found; ++k) {
-      const int i = scratch[k];
+      const Place i = scratch[k];
       const double d = glm::length(c - tissue.tree().center(i));
       sum.add(c, i, lens_volume(r, tissue.tree().radius(i), d));
     }
@@ -55,13 +55,13 @@ SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, c
 
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
-                                 std::span<int> scratch) noexcept {
+                                 std::span<Place> scratch) noexcept {
   return estimated(tissue, tool, X_WP, p_WC, epsilon, density, scratch,
                    [&](std::size_t, const dvec3& c, double r) { return tissue.tree().near_segment(c, c, r, scratch); });
 }
 
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
-                                 const PerTissue& density, std::span<int> scratch) noexcept {
+                                 const PerTissue& density, std::span<Place> scratch) noexcept {
   return estimated(
       tissue, proxy.tool(), proxy.pose(), p_WC, epsilon, density, scratch,
       [&](std::size_t t, const dvec3&, double) { return proxy.near_here(tissue.tree(), t, epsilon, scratch); });
