@@ -385,9 +385,9 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     proxy().forget_near();
   } else {
     const SphereTree& tree = snapshot_.spheres.tree();
-    const auto note = [&](Place place, const CutSphere& before) {
+    const auto note = [&](Place place, double protrudes) {
       changed = true;
-      proxy().note_cut(tree, place, before.center(), before.radius());
+      proxy().note_cut(tree, place, protrudes);
     };
     // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
@@ -399,7 +399,9 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
         proxy().end_notes();
         return proxy().near_path(tree, t, to, found);
       };
-      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, note);
+      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](Place place, const CutSphere& before) {
+        note(place, glm::distance(tree.center(place), before.center()) + tree.radius(place) - before.radius());
+      });
       proxy().end_notes();
     }
   }

@@ -31,9 +31,6 @@ constexpr double kAhead = 3;               // mean margin for a fast tool, as a 
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
-// m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
-// margin; a larger protrusion reduces only the margins of the lists near the sphere.
-constexpr double kStickOut = 1e-6;
 // Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, in entries
@@ -97,20 +94,14 @@ void SphereProxy::move_to(const Pose& X_W) noexcept {
   X_W_ = X_W;
 }
 
-void SphereProxy::note_cut(const SphereTree& tree, Place place, const dvec3& center_before,
-                           double radius_before) noexcept {
+void SphereProxy::note_large(const SphereTree& tree, Place place, double protrudes) noexcept {
   const dvec3 center = tree.center(place);
-  const double radius = tree.radius(place), out = glm::distance(center, center_before) + radius - radius_before;
-  if (!(radius > 0) || out <= 0) return;
-  noted_ = true;
-  if (out <= kStickOut) {
-    protrudes_ = std::max(protrudes_, out);
-    return;
-  }
+  const double radius = tree.radius(place);
+  if (!(radius > 0)) return;
   for (std::size_t i = 0; i < tool_.size(); ++i) {
     NearList& list = lists_[i];
     if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved)
-      list.protrudes = std::max(list.protrudes, out);
+      list.protrudes = std::max(list.protrudes, protrudes);
   }
 }
 
@@ -264,14 +255,22 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 /// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
-  std::size_t count = 0;
+  std::size_t count = 0, waiting = 0;
+  std::array<Place, SphereTree::kWide> some;
+  const auto test = [&] {
+    for (unsigned bits = tree.near_of({some.data(), waiting}, a, b, reach); bits; bits &= bits - 1) {
+      if (count < found.size()) found[count] = some[static_cast<std::size_t>(std::countr_zero(bits))];
+      ++count;
+    }
+    waiting = 0;
+  };
   each_listed(
       i, [&] { return gap; },
       [&](Place place) {
-        if (!tree.is_near(place, a, b, reach)) return;
-        if (count < found.size()) found[count] = place;
-        ++count;
+        some[waiting++] = place;
+        if (waiting == some.size()) test();
       });
+  if (waiting > 0) test();
   return count;
 }
 

@@ -2,6 +2,7 @@
 // sec. III B, C).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <span>
@@ -57,7 +58,15 @@ class SphereProxy {
   void forget_near() noexcept;
   /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But the
   /// sphere may protrude from its previous state, because a cut that takes several ticks moves it.
-  void note_cut(const SphereTree& tree, Place place, const dvec3& center_before, double radius_before) noexcept;
+  void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
+    if (!(protrudes > 0)) return;
+    noted_ = true;
+    if (protrudes <= kStickOut) {
+      protrudes_ = std::max(protrudes_, protrudes);
+    } else {
+      note_large(tree, place, protrudes);
+    }
+  }
   /// Must be called after the note_cut() of the spheres that one of the tool's spheres changed, before the next search.
   void end_notes() noexcept;
 
@@ -105,6 +114,10 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, gap that the proxy keeps from a sphere
 
  private:
+  // m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
+  // margin; a larger protrusion reduces only the margins of the lists near the sphere.
+  static constexpr double kStickOut = 1e-6;
+
   /// A motion of the tool from the proxy's pose to another pose.
   struct Motion {
     Pose to;
@@ -150,6 +163,7 @@ class SphereProxy {
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
                           double reach, std::span<Place> found) const noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
+  void note_large(const SphereTree& tree, Place place, double protrudes) noexcept;
   std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 

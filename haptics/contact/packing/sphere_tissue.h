@@ -77,12 +77,16 @@ class SphereTissue {
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(place, sphere before) for
-  /// every change, and ends_ball() after the changes by one of the tool's spheres.
+  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(place, distance
+  /// by which the sphere protrudes from its former surface) for every change, and ends_ball() after the changes by one
+  /// of the tool's spheres.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
   Removal removal() const { return removal_; }
+
+  // Public only because the kernels in the .cpp file need it.
+  struct Lanes;
 
   /// Returns the memory used by the spheres and the tree, bytes.
   std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
@@ -93,9 +97,11 @@ class SphereTissue {
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
   bool gone(const CutSphere& s) const noexcept;
   void put(Place place, const CutSphere& sphere) noexcept;
+  void renew_boxes(Place place) noexcept;
   void count(Place place, double taken, Removed& removed) const noexcept;
 
   Removal removal_;
+  std::size_t made_ = 0;  // number of cuts by make()
   SphereTree tree_;
   // for each place of the tree
   std::vector<CutSphere> spheres_;
@@ -110,17 +116,16 @@ class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
       : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // the tree's last places may be empty
-    steps_.reserve(kMostSteps);
+    steps_.resize(kMostSteps + 1);
   }
   /// Starts a new cut by this number of balls.
   void begin(std::size_t balls) noexcept {
     ++number_;
     several_ = balls > 1;
-    steps_.clear();
-    complete_ = true;
+    count_ = 0;
   }
   /// True if SphereTissue::make() can make the cut: its changes were few enough to be stored.
-  bool complete() const noexcept { return complete_; }
+  bool complete() const noexcept { return count_ <= kMostSteps; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
@@ -129,13 +134,14 @@ class TriedCut {
   friend class SphereTissue;
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
-    Place place;
-    bool first;    // the first change by one of the tool's spheres
-    double taken;  // m³, removed volume
+    Place place{};
+    bool first = false;    // the first change by one of the tool's spheres
+    double taken = 0;      // m³, removed volume
+    double protrudes = 0;  // m, upper bound of the distance by which the sphere protrudes from its state before the cut
     CutSphere after;
   };
-  std::vector<Step> steps_;  // changes in the order of carve()
-  bool complete_ = false;
+  std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
+  std::size_t count_ = 0;    // number of changes; greater than kMostSteps if some of them were not stored
   // true: several balls cut, so a later ball may cut a sphere that an earlier ball has changed
   bool several_ = true;
   std::vector<CutSphere> state_;         // for each place: the sphere after the present cut, if several balls cut
@@ -146,17 +152,18 @@ class TriedCut {
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
   std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
-  for (const TriedCut::Step& step : tried.steps_) {
+  ++made_;
+  for (std::size_t k = 0; k < tried.count_; ++k) {
+    const TriedCut::Step& step = tried.steps_[k];
     if (step.first) ends_ball();
-    const CutSphere before = sphere(step.place);
-    if (gone(before)) continue;
+    if (gone(sphere(step.place))) continue;
     count(step.place, step.taken, removed);
-    if (unmended && !tree_.share_leaf(*unmended, step.place)) tree_.mend_above(*unmended);
+    if (unmended && !tree_.share_leaf(*unmended, step.place)) renew_boxes(*unmended);
     put(step.place, step.after);
     unmended = step.place;
-    changes(step.place, before);
+    changes(step.place, step.protrudes);
   }
-  if (unmended) tree_.mend_above(*unmended);
+  if (unmended) renew_boxes(*unmended);
   ends_ball();
 }
 

@@ -29,6 +29,48 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
+/// Returns a bit mask of the spheres that are nearer than `reach` to the segment from a to b.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+  D8 x, y, z, r;
+  read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
+  D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
+  const dvec3 ab = b - a;
+  if (const double length2 = glm::dot(ab, ab); length2 > 0) {  // as in nearest_on()
+    const D8 zero{}, at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
+                     share = low > zero + 1.0 ? zero + 1.0 : low;
+    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
+  }
+  const D8 near = r + reach;
+  return bits_of((r > D8{}) & (off_x * off_x + off_y * off_y + off_z * off_z < near * near));
+}
+
+/// Returns the box around the spheres of a leaf, relative to `origin` and enlarged by `slack`.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
+  D8 r;
+  read_lanes(r, leaf.r);
+  const I8 full = __builtin_convertvector(r > D8{}, I8);
+  const double* const center[3] = {leaf.x, leaf.y, leaf.z};
+  for (int a = 0; a < 3; ++a) {
+    D8 c;
+    read_lanes(c, center[a]);
+    c -= origin[a];
+    const F8 below = __builtin_convertvector(c - r - slack, F8), above = __builtin_convertvector(c + r + slack, F8);
+    const F8 far = F8{} + 1e30f;
+    lo[a] = least_of(full ? below : far);
+    hi[a] = -least_of(full ? -above : far);
+  }
+}
+
+/// Returns the box around all children of a node.
+TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) {
+  for (int a = 0; a < 3; ++a) {
+    lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
+    hi[a] = -least_of(-*reinterpret_cast<const F8*>(node.hi[a]));
+  }
+}
+
 /// Computes the squared distance from a point to each child's box; infinite for an empty box.
 TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
@@ -116,7 +158,7 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
     level_.push_back(nodes_.size());
     nodes_.resize(nodes_.size() + below, empty);
   }
-  for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf, /*exactly=*/true);
 }
 
 /// Sorts sphere_in_[from .. to) such that each group of `chunk` successive spheres is close together in space; then
@@ -151,30 +193,22 @@ void SphereTree::put(Place place, const dvec3& center, double radius) noexcept {
 }
 
 /// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
-void SphereTree::mend(std::size_t leaf) noexcept {
-  glm::vec3 lo(1e30f), hi(-1e30f);
-  const Leaf& l = leaves_[leaf];
-  for (std::size_t k = 0; k < kWide; ++k) {
-    if (!(l.r[k] > 0)) continue;
-    const dvec3 c = dvec3(l.x[k], l.y[k], l.z[k]) - origin_;
-    lo = glm::min(lo, glm::vec3(c - l.r[k] - slack_));
-    hi = glm::max(hi, glm::vec3(c + l.r[k] + slack_));
-  }
+/// With `exactly` false, also stops at the first box that is large enough.
+void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
+  float lo[3], hi[3];
+  box_of(leaves_[leaf], origin_, slack_, lo, hi);
   std::size_t child = leaf;
   for (const std::size_t first : level_) {
     Node& node = nodes_[first + child / kWide];
     const std::size_t k = child % kWide;
-    bool same = true;
+    bool same = true, inside = true;
     for (int a = 0; a < 3; ++a) {
       same = same && node.lo[a][k] == lo[a] && node.hi[a][k] == hi[a];
-      node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
+      inside = inside && node.lo[a][k] <= lo[a] && node.hi[a][k] >= hi[a];
     }
-    if (same) return;
-    lo = glm::vec3(1e30f), hi = glm::vec3(-1e30f);
-    for (int a = 0; a < 3; ++a) {
-      for (std::size_t j = 0; j < kWide; ++j)
-        lo[a] = std::min(lo[a], node.lo[a][j]), hi[a] = std::max(hi[a], node.hi[a][j]);
-    }
+    if (same || (inside && !exactly)) return;
+    for (int a = 0; a < 3; ++a) node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
+    box_of(node, lo, hi);
     child /= kWide;
   }
 }
@@ -192,13 +226,8 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
 
 SphereTree::Hit SphereTree::first_of(std::span<const Place> spheres, const dvec3& p, double r,
                                      const dvec3& m) const noexcept {
-  Leaf leaf{};
-  for (std::size_t k = 0; k < spheres.size(); ++k) {
-    const dvec3 c = center(spheres[k]);
-    leaf.x[k] = c.x, leaf.y[k] = c.y, leaf.z[k] = c.z, leaf.r[k] = radius(spheres[k]);
-  }
   double t[kWide];
-  contact_times(leaf, p, r, m, t);
+  contact_times(lanes_of(spheres), p, r, m, t);
   Hit best;
   for (std::size_t k = 0; k < spheres.size(); ++k) {
     if (!(t[k] <= best.t) || t[k] == kNever) continue;
@@ -263,10 +292,9 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   return best;
 }
 
-bool SphereTree::is_near(Place place, const dvec3& a, const dvec3& b, double reach) const noexcept {
-  const double r = radius(place), near = r + reach;
-  const dvec3 c = center(place), off = c - nearest_on(a, b, c);
-  return r > 0 && glm::dot(off, off) < near * near;
+unsigned SphereTree::near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b,
+                             double reach) const noexcept {
+  return near_lanes(lanes_of(spheres), a, b, reach);
 }
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
@@ -282,14 +310,10 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   while (depth > 0) {
     const auto [level, index] = stack[--depth];
     if (level == 0) {
-      const Leaf& leaf = leaves_[index];
-      for (std::size_t k = 0; k < kWide; ++k) {
-        if (!(leaf.r[k] > 0)) continue;
-        const dvec3 c(leaf.x[k], leaf.y[k], leaf.z[k]);
-        const double near = leaf.r[k] + reach;
-        const dvec3 off = c - nearest_on(a, b, c);
-        if (!(glm::dot(off, off) < near * near)) continue;
-        if (count < found.size()) found[count] = static_cast<Place>(index * kWide + k);
+      for (unsigned bits = near_lanes(leaves_[index], a, b, reach); bits; bits &= bits - 1) {
+        if (count < found.size()) {
+          found[count] = static_cast<Place>(index * kWide + static_cast<std::size_t>(std::countr_zero(bits)));
+        }
         ++count;
       }
       continue;

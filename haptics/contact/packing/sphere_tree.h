@@ -59,7 +59,10 @@ class SphereTree {
   bool share_leaf(Place a, Place b) const noexcept {
     return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
   }
-  void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide); }
+  void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/true); }
+  /// Updates the boxes above a sphere only if they would become too small. Boxes that are larger than necessary make
+  /// searches slower, but do not change their results.
+  void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/false); }
 
   /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
   /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
@@ -74,8 +77,8 @@ class SphereTree {
   /// written.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// Returns true if near_segment() would find the sphere at this place.
-  bool is_near(Place place, const dvec3& a, const dvec3& b, double reach) const noexcept;
+  /// Returns a bit mask of those of the given spheres (at most kWide) that near_segment() would find.
+  unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Returns the rank of sphere i; near_segment() sorts its result by rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
@@ -106,6 +109,16 @@ class SphereTree {
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
+  /// Returns centres and radii of the given spheres (at most kWide). The radius of an unused lane is 0.
+  Leaf lanes_of(std::span<const Place> spheres) const noexcept {
+    Leaf lanes{};
+    for (std::size_t k = 0; k < spheres.size(); ++k) {
+      const auto s = static_cast<std::size_t>(spheres[k]), i = s % kWide;
+      const Leaf& leaf = leaves_[s / kWide];
+      lanes.x[k] = leaf.x[i], lanes.y[k] = leaf.y[i], lanes.z[k] = leaf.z[i], lanes.r[k] = leaf.r[i];
+    }
+    return lanes;
+  }
   /// Boxes of the eight children, relative to origin_ and rounded outward. A box with lo > hi is empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
@@ -115,7 +128,7 @@ class SphereTree {
   template <class Visit>
   void visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept;
   void order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk);
-  void mend(std::size_t leaf) noexcept;
+  void mend(std::size_t leaf, bool exactly) noexcept;
 
   dvec3 origin_{0};
   double slack_ = 0;             // m, margin of the boxes; larger than all rounding errors of single precision

@@ -27,6 +27,8 @@ class OverlapSum {
   /// Adds an overlap of the volume `v` (m³) between the tool sphere with centre `c` and the tissue sphere
   /// at `place`.
   void add(const dvec3& c, Place place, double v) noexcept;
+  /// Same, with the unit vector `n` from the tissue sphere to the tool sphere; zero if their centres coincide.
+  void add(Place place, const dvec3& n, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
  private:
