@@ -135,9 +135,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     list.margin = list.free = tree.room(center, kLook + r) - r - kRounding;
     return;
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    found_gaps_[k] = glm::distance(center, tree.center(found_[k])) - tree.radius(found_[k]) - r - kRounding;
-  }
+  tree.gaps_to(center, std::span(found_).first(count), found_gaps_.data());
+  for (std::size_t k = 0; k < count; ++k) found_gaps_[k] = found_gaps_[k] - r - kRounding;
   double most = kNever;
   if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
     const auto from = sorted_gaps_.begin(), omitted = from + static_cast<std::ptrdiff_t>(room_);

@@ -30,8 +30,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
 }
 
 /// Returns a bit mask of the spheres that are nearer than `reach` to the segment from a to b.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+TYPODONT_KERNEL unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
   D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
@@ -43,6 +42,22 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   }
   const D8 near = r + reach;
   return bits_of((r > D8{}) & (off_x * off_x + off_y * off_y + off_z * off_z < near * near));
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+  return near_in(leaf, a, b, reach);
+}
+
+/// Computes the distance from a point to the surface of each sphere.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void gap_lanes(const SphereTree::Leaf& leaf, const dvec3& p, double* gap) {
+  D8 x, y, z, r;
+  read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
+  x -= p.x, y -= p.y, z -= p.z;
+  D8 distance = x * x + y * y + z * z;
+  take_root(distance);
+  write_lanes(gap, distance - r);
 }
 
 /// Returns the box around the spheres of a leaf, relative to `origin` and enlarged by `slack`.
@@ -297,6 +312,16 @@ unsigned SphereTree::near_of(std::span<const Place> spheres, const dvec3& a, con
   return near_lanes(lanes_of(spheres), a, b, reach);
 }
 
+void SphereTree::gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept {
+  for (std::size_t k = 0; k < spheres.size(); k += kWide) {
+    double gaps[kWide];
+    const std::span<const Place> some = spheres.subspan(k, std::min(kWide, spheres.size() - k));
+    gap_lanes(lanes_of(some), p, gaps);
+    std::copy_n(gaps, some.size(), gap + k);
+  }
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
@@ -310,7 +335,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   while (depth > 0) {
     const auto [level, index] = stack[--depth];
     if (level == 0) {
-      for (unsigned bits = near_lanes(leaves_[index], a, b, reach); bits; bits &= bits - 1) {
+      for (unsigned bits = near_in(leaves_[index], a, b, reach); bits; bits &= bits - 1) {
         if (count < found.size()) {
           found[count] = static_cast<Place>(index * kWide + static_cast<std::size_t>(std::countr_zero(bits)));
         }

@@ -77,6 +77,9 @@ class SphereTree {
   /// written.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
+  /// Writes the distance from p to the surface of each given sphere to `gap`, m; negative inside the sphere.
+  void gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept;
+
   /// Returns a bit mask of those of the given spheres (at most kWide) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Returns the rank of sphere i; near_segment() sorts its result by rank.
