@@ -181,6 +181,17 @@ TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
       ASSERT_EQ(in[k] != 0, glm::dot(off, off) < reach * reach) << i << " " << k;
     }
   }
+  std::vector<Place> all;
+  for (int i = 0; i < 2000; ++i) all.push_back(tree.place_of(i));
+  for (std::size_t k = 0; k + 8 <= all.size(); k += 8) {  // near_of() finds the same spheres among eight given ones
+    const dvec3 a = random_in(random, 3e-3) + dvec3(0.1, -0.2, 0.05), b = a + random_in(random, 2e-3);
+    const unsigned near = tree.near_of(std::span(all).subspan(k, 8), a, b, 1e-3);
+    for (std::size_t j = 0; j < 8; ++j) {
+      const dvec3 off = c.center[k + j] - nearest_on(a, b, c.center[k + j]);
+      const double reach = c.radius[k + j] + 1e-3;
+      ASSERT_EQ((near >> j & 1) != 0, glm::dot(off, off) < reach * reach) << k + j;
+    }
+  }
   std::array<Place, 3> few;
   EXPECT_GT(tree.near_segment(dvec3(0.1, -0.2, 0.05), dvec3(0.1, -0.2, 0.05), 3e-3, few), 3u);  // counted, not stored
 }

@@ -324,6 +324,53 @@ TEST(Removal, ACutByOverlappingBallsCostsExactlyWhatItRemoves) {
   EXPECT_GT(alone, 1.5 * whole);
 }
 
+// The servo computes the cost of a cut for eight spheres at once and then makes this cut; the carver cuts sphere by
+// sphere. Both must leave the same bits. Small steps continue the cuts of many spheres, jumps begin new cuts.
+TEST(Removal, TheTriedCutLeavesTheSameBitsAsTheCutSphereBySphere) {
+  PerTissue one;
+  one.fill(1);
+  for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
+    for (const std::size_t balls : {1u, 4u}) {
+      SphereTissue tried_tissue(ball(2000), removal), tissue(ball(2000), removal);
+      std::vector<Place> near(tissue.size()), changed(tissue.size());
+      TriedCut tried(tissue.size());
+      std::mt19937_64 random(7);
+      std::uniform_real_distribution<double> u(-1, 1);
+      dvec3 from(0);
+      std::size_t made = 0;
+      for (int cut = 0; cut < 400; ++cut) {
+        if (cut % 50 == 0) from = glm::normalize(dvec3(u(random), u(random), u(random))) * 5.2_mm;
+        const dvec3 way = 0.02_mm * dvec3(u(random), u(random), u(random)) - 0.02 * from;
+        const double r = cut % 100 < 60 ? 1.0_mm : 0.7_mm;
+        tried.begin(balls);
+        Removed of_tried, removed;
+        for (std::size_t t = 0; t < balls; ++t) {
+          const dvec3 a = from + static_cast<double>(t) * dvec3(0.4_mm, 0, 0);
+          const std::size_t found = tried_tissue.tree().near_segment(a, a + way, r, near);
+          tried.add(tried_tissue, std::span<const Place>(near).first(found), a, a + way, r, one);
+          tissue.cut(a, a + way, r, changed, {}, removed);
+        }
+        tried_tissue.make(
+            tried, of_tried, [&](Place, double) { ++made; }, [] {});
+        ASSERT_EQ(of_tried.volume, removed.volume) << cut;
+        from += way;
+      }
+      EXPECT_GT(made, 3000u);
+      for (int i = 0; i < static_cast<int>(tissue.size()); ++i) {
+        ASSERT_EQ(tried_tissue.sphere(i), tissue.sphere(i)) << i;
+        ASSERT_EQ(tried_tissue.tree().center(i), tissue.tree().center(i)) << i;
+      }
+      // make() leaves boxes that may be too large, which must not change a search.
+      for (int k = 0; k < 500; ++k) {
+        const dvec3 p = 6.0_mm * dvec3(u(random), u(random), u(random)), m = 5.0_mm * dvec3(u(random), u(random), 1);
+        const auto hit = tried_tissue.tree().first_hit(p, 0.3_mm, m), exact = tissue.tree().brute_force(p, 0.3_mm, m);
+        ASSERT_EQ(hit.t, exact.t) << k;
+        ASSERT_EQ(hit.sphere, exact.sphere) << k;
+      }
+    }
+  }
+}
+
 TEST(ToolSpheres, AClosedMeshFromAnStlBecomesATool) {
   const std::string file = ::testing::TempDir() + "typodont_wedge.stl";
   const dvec3 v[4] = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}};
