@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstring>
 
 namespace typodont::haptics {
 
@@ -11,6 +12,7 @@ typedef int I8 __attribute__((vector_size(32), aligned(4), may_alias));
 typedef unsigned char B8 __attribute__((vector_size(8), aligned(1), may_alias));
 typedef double D4 __attribute__((vector_size(32), aligned(8), may_alias));
 typedef double D8 __attribute__((vector_size(64), aligned(8), may_alias));
+typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
@@ -28,6 +30,18 @@ TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
   for (int i = 0; i < 8; ++i) bits |= static_cast<unsigned>(mask[i] != 0) << i;
   return bits;
 #endif
+}
+
+/// Returns a bit mask with one bit for each lane of `mask`.
+TYPODONT_KERNEL unsigned bits_of(const L8& mask) {
+  return bits_of(__builtin_convertvector(mask, I8));
+}
+
+TYPODONT_KERNEL void read_lanes(D8& v, const double* from) {
+  std::memcpy(&v, from, sizeof v);
+}
+TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
+  std::memcpy(to, &v, sizeof v);
 }
 
 TYPODONT_KERNEL bool any_of(const I8& mask) {
@@ -80,6 +94,12 @@ TYPODONT_KERNEL void gather_lanes(const I8& v, const I8& order, I8& first) {
 #else
   first = __builtin_shuffle(v, order);
 #endif
+}
+
+TYPODONT_KERNEL float least_of(const F8& v) {
+  const F8 four = __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3), a = v < four ? v : four,
+           two = __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5), b = a < two ? a : two;
+  return b[0] < b[1] ? b[0] : b[1];
 }
 
 TYPODONT_KERNEL float sum_of(const F8& v) {

@@ -165,7 +165,7 @@ class Rows {
     const ToolSpheres tool({dvec3(0)}, {kHead});
     PerTissue density{};
     density.fill(1);
-    std::vector<int> scratch(packing.size());
+    std::vector<Place> scratch(packing.size());
     std::mt19937_64 random(2);
     const int looks = quick ? 50 : 500;
     double squares = 0;
@@ -204,7 +204,7 @@ class Rows {
     const dvec3 n = glm::normalize(dvec3(0.3, -0.5, 0.8)), along = glm::normalize(glm::cross(n, dvec3(1, 0, 0.2)));
     const dvec3 a = 4.8e-3 * n - 2e-3 * along, b = 4.8e-3 * n + 2e-3 * along;
     const double exact = exact_groove(a, b, kHead);
-    std::vector<int> changed(packing.size());
+    std::vector<Place> changed(packing.size());
     const std::vector<double> cell = cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue_);
     for (const Removal form : {Removal::kMended, Removal::kAsPrinted}) {
       SphereTissue tissue(packing, form, cell);

@@ -169,19 +169,30 @@ TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
   std::mt19937_64 random(6);
   const Cloud c = cloud(random, 2000);
   const SphereTree tree(c.center, c.radius);
-  std::vector<int> found(2000);
+  std::vector<Place> found(2000);
   for (int i = 0; i < 1000; ++i) {
     const dvec3 a = random_in(random, 5e-3) + dvec3(0.1, -0.2, 0.05), b = a + random_in(random, i % 2 ? 2e-3 : 1e-7);
     const std::size_t n = tree.near_segment(a, b, 3e-4, found);
     std::vector<char> in(2000, 0);
-    for (std::size_t k = 0; k < n; ++k) ASSERT_EQ(in[static_cast<std::size_t>(found[k])]++, 0);
+    for (std::size_t k = 0; k < n; ++k) ASSERT_EQ(in[static_cast<std::size_t>(tree.sphere_in(found[k]))]++, 0);
     for (std::size_t k = 0; k < 2000; ++k) {
       const dvec3 off = c.center[k] - nearest_on(a, b, c.center[k]);
       const double reach = c.radius[k] + 3e-4;
       ASSERT_EQ(in[k] != 0, glm::dot(off, off) < reach * reach) << i << " " << k;
     }
   }
-  std::array<int, 3> few;
+  std::vector<Place> all;
+  for (int i = 0; i < 2000; ++i) all.push_back(tree.place_of(i));
+  for (std::size_t k = 0; k + 8 <= all.size(); k += 8) {  // near_of() finds the same spheres among eight given ones
+    const dvec3 a = random_in(random, 3e-3) + dvec3(0.1, -0.2, 0.05), b = a + random_in(random, 2e-3);
+    const unsigned near = tree.near_of(std::span(all).subspan(k, 8), a, b, 1e-3);
+    for (std::size_t j = 0; j < 8; ++j) {
+      const dvec3 off = c.center[k + j] - nearest_on(a, b, c.center[k + j]);
+      const double reach = c.radius[k + j] + 1e-3;
+      ASSERT_EQ((near >> j & 1) != 0, glm::dot(off, off) < reach * reach) << k + j;
+    }
+  }
+  std::array<Place, 3> few;
   EXPECT_GT(tree.near_segment(dvec3(0.1, -0.2, 0.05), dvec3(0.1, -0.2, 0.05), 3e-3, few), 3u);  // counted, not stored
 }
 
@@ -189,7 +200,7 @@ TEST(SphereTree, QueriesAndUpdatesNeverAllocate) {
   std::mt19937_64 random(7);
   const Cloud c = cloud(random, 1000);
   SphereTree tree(c.center, c.radius);
-  std::array<int, 64> found;
+  std::array<Place, 64> found;
   double sum = 0;
   test::NoAlloc guard;
   for (int i = 0; i < 1000; ++i) {

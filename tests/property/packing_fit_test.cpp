@@ -71,7 +71,7 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   for (int i = 0; i < 10000; ++i) {
     spheres.set_material(i, Tissue::kCancellousBone, density(packing.center[static_cast<std::size_t>(i)].z));
   }
-  std::vector<int> changed(10000);
+  std::vector<packing::Place> changed(10000);
   const double watt = 0.3 * 10.0_mm * 0.3_krpm;  // W per newton
   double most = 0;
   for (std::size_t k = 0; k + 1 < samples.size(); ++k) {

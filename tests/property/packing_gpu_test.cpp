@@ -52,9 +52,9 @@ TEST(PackingOnAGpu, TheThreePassesGiveTheBitsOfTheCpu) {
     CutBuffers buffers(packing.size());
     // Spheres that were cut before, from two sides, some gone.
     carve(cut, tool, {{0, 0, 3.6_mm}, {1, 0, 0, 0}}, {{0.3_mm, 0, 3.4_mm}, {1, 0, 0, 0}}, buffers,
-          [](int, const CutSphere&) {});
+          [](Place, const CutSphere&) {});
     carve(cut, tool, {{2.8_mm, 0, 0}, {1, 0, 0, 0}}, {{2.6_mm, 0.2_mm, 0}, {1, 0, 0, 0}}, buffers,
-          [](int, const CutSphere&) {});
+          [](Place, const CutSphere&) {});
     ComputePasses passes(on_any_device(packing.size()), {&tool, 1});
     passes.load(cut);
     const PassTimes times = compare_passes(cut, tool, passes, buffers, 25);
@@ -133,8 +133,8 @@ Drilled drill(std::optional<Method::Make> make) {
     drilled.ticks.push_back(
         bench.tick({dvec3(i * 0.003_mm, 0, away ? 8.0_mm : 2.5_mm + 1.6_mm - deep), R}, away ? 0 : 1));
   }
-  const auto spheres = static_cast<const PackingSnapshot&>(bench.servo.snapshot()).spheres.spheres();
-  drilled.left.assign(spheres.begin(), spheres.end());
+  const SphereTissue& left = static_cast<const PackingSnapshot&>(bench.servo.snapshot()).spheres;
+  for (int i = 0; i < static_cast<int>(left.size()); ++i) drilled.left.push_back(left.sphere(i));
   return drilled;
 }
 void expect_same(const Drilled& a, const Drilled& b) {

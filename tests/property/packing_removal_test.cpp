@@ -61,7 +61,7 @@ TEST(Removal, ThePublishedFormulaRemoves9967PercentTooMuchAndTheCorrectedOneTheE
   const double plane = 1e5, cap = kPi * 0.01 * 0.01 * (3 * 0.5 - 0.01) / 3;
   for (const Removal removal : {Removal::kAsPrinted, Removal::kMended}) {
     SphereTissue tissue(one_sphere(0.5), removal);
-    std::array<int, 4> changed;
+    std::array<Place, 4> changed;
     Removed removed;
     const dvec3 at(0, 0, plane + 0.5 - 0.01);
     ASSERT_EQ(tissue.cut(at, at, plane, changed, {}, removed), 1u);
@@ -80,7 +80,7 @@ TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachIsInsideItsFormerSelf) {
   const SpherePacking p = ball(4000);
   for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
     SphereTissue tissue(p, removal);
-    std::vector<int> changed(4000);
+    std::vector<Place> changed(4000);
     std::uniform_real_distribution<double> u(-5.0_mm, 5.0_mm);
     for (int i = 0; i < 200; ++i) {
       const double x = u(random), y = u(random), z = u(random);
@@ -103,7 +103,7 @@ TEST(Removal, RemovedAndRemainingVolumeAddUpForEachTissue) {
   std::mt19937_64 random(2);
   const SpherePacking p = ball(4000);
   SphereTissue tissue(p, Removal::kMended);
-  std::vector<int> changed(4000);
+  std::vector<Place> changed(4000);
   Removed removed;
   std::uniform_real_distribution<double> u(-5.0_mm, 5.0_mm);
   for (int i = 0; i < 300; ++i) {
@@ -121,7 +121,7 @@ TEST(Removal, RemovedAndRemainingVolumeAddUpForEachTissue) {
 
 TEST(Removal, With36000SpheresTheCorrectedFormulaIsExactWithinATenthAndThePublishedOneIsNot) {
   const SpherePacking p = ball(36000);
-  std::vector<int> changed(36000);
+  std::vector<Place> changed(36000);
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int i = 0; i < 6; ++i) {
@@ -145,7 +145,7 @@ TEST(Removal, With36000SpheresTheCorrectedFormulaIsExactWithinATenthAndThePublis
 
 TEST(Removal, FourTimesAsManyStepsRemoveTheSameVolumeWithinTwoPercent) {
   const SpherePacking p = ball(10000);
-  std::vector<int> changed(10000);
+  std::vector<Place> changed(10000);
   const dvec3 a(-2.0_mm, 0.3_mm, 4.9_mm), b(2.0_mm, -0.4_mm, 4.4_mm);
   double taken[2];
   for (const int steps : {100, 400}) {
@@ -162,7 +162,7 @@ TEST(Removal, FourTimesAsManyStepsRemoveTheSameVolumeWithinTwoPercent) {
 
 TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
   SphereTissue tissue(ball(4000), Removal::kMended);
-  std::vector<int> changed(4000);
+  std::vector<Place> changed(4000);
   const dvec3 a(-1.0_mm, 0, 4.8_mm), b(1.0_mm, 0, 4.8_mm);
   Removed first, again;
   EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
@@ -174,13 +174,16 @@ TEST(Removal, ARestoredSphereAndItsVolumeAreTheOriginalOnes) {
   const SpherePacking p = ball(4000);
   SphereTissue tissue(p, Removal::kMended);
   const PerTissue before = tissue.volumes();
-  std::vector<int> changed(4000);
+  std::vector<Place> changed(4000);
   Removed removed;
   std::vector<CutSphere> kept;
   for (int i = 0; i < 4000; ++i) kept.push_back(tissue.sphere(i));
   const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, {}, removed);
   ASSERT_GT(n, 10u);
-  for (std::size_t k = 0; k < n; ++k) tissue.set(changed[k], kept[static_cast<std::size_t>(changed[k])]);
+  for (std::size_t k = 0; k < n; ++k) {
+    const int i = tissue.tree().sphere_in(changed[k]);
+    tissue.set(i, kept[static_cast<std::size_t>(i)]);
+  }
   for (int i = 0; i < 4000; ++i) {
     ASSERT_EQ(tissue.tree().center(i), p.center[static_cast<std::size_t>(i)]);
     ASSERT_EQ(tissue.tree().radius(i), p.radius[static_cast<std::size_t>(i)]);
@@ -190,7 +193,7 @@ TEST(Removal, ARestoredSphereAndItsVolumeAreTheOriginalOnes) {
 
 TEST(Removal, CutsNeverAllocate) {
   SphereTissue tissue(ball(2000), Removal::kMended);
-  std::vector<int> changed(2000);
+  std::vector<Place> changed(2000);
   Removed removed;
   test::NoAlloc guard;
   for (int i = 0; i < 100; ++i)
@@ -206,7 +209,7 @@ TEST(Surface, OnABallTheErrorOfTheNormalFallsWithTheNumberOfSpheres) {
   for (const std::size_t n : {2000u, 20000u}) {
     const SphereTissue tissue(ball(n), Removal::kMended);
     ToolSpheres tool({dvec3(0)}, {1.0_mm});
-    std::vector<int> scratch(n);
+    std::vector<Place> scratch(n);
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> u(-1, 1);
     double squares = 0;
@@ -231,7 +234,7 @@ TEST(Surface, TheDensityIsTheMeanOfTheOverlappedSpheres) {
   const ToolSpheres tool({dvec3(0)}, {0.5_mm});
   PerTissue density{};
   density[static_cast<std::size_t>(Tissue::kEnamel)] = 1.5, density[static_cast<std::size_t>(Tissue::kDentin)] = 1;
-  std::array<int, 4> scratch;
+  std::array<Place, 4> scratch;
   const SurfaceEstimate both = estimate_surface(tissue, tool, Pose{}, dvec3(0), 0.6_mm, density, scratch);
   EXPECT_NEAR(both.normalised, 1.25, 1e-12);
   EXPECT_NEAR(both.share[static_cast<std::size_t>(Tissue::kEnamel)], 0.5, 1e-12);
@@ -292,7 +295,7 @@ TEST(Removal, ACutByOverlappingBallsCostsExactlyWhatItRemoves) {
   SphereTissue tissue(ball(2000), Removal::kMended);
   PerTissue one;
   one.fill(1);
-  std::vector<int> near(tissue.size());
+  std::vector<Place> near(tissue.size());
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-kBall, kBall), radius(0.3_mm, 1.0_mm);
   TriedCut tried(tissue.size());
@@ -306,10 +309,10 @@ TEST(Removal, ACutByOverlappingBallsCostsExactlyWhatItRemoves) {
     }
     const dvec3 way(0.3_mm, 0, 0);
     double cost = 0;
-    tried.begin();
+    tried.begin(center.size());
     for (std::size_t t = 0; t < center.size(); ++t) {
       const std::size_t found = tissue.tree().near_segment(center[t], center[t] + way, r[t], near);
-      const auto list = std::span<const int>(near).first(found);
+      const auto list = std::span<const Place>(near).first(found);
       cost += tried.add(tissue, list, center[t], center[t] + way, r[t], one);
       alone += tissue.cost(list, center[t], center[t] + way, r[t], one);
     }
@@ -319,6 +322,53 @@ TEST(Removal, ACutByOverlappingBallsCostsExactlyWhatItRemoves) {
     EXPECT_NEAR(cost, total(removed.volume), 1e-12 * 4.0 / 3 * kPi * kBall * kBall * kBall) << cut;
   }
   EXPECT_GT(alone, 1.5 * whole);
+}
+
+// The servo computes the cost of a cut for eight spheres at once and then makes this cut; the carver cuts sphere by
+// sphere. Both must leave the same bits. Small steps continue the cuts of many spheres, jumps begin new cuts.
+TEST(Removal, TheTriedCutLeavesTheSameBitsAsTheCutSphereBySphere) {
+  PerTissue one;
+  one.fill(1);
+  for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
+    for (const std::size_t balls : {1u, 4u}) {
+      SphereTissue tried_tissue(ball(2000), removal), tissue(ball(2000), removal);
+      std::vector<Place> near(tissue.size()), changed(tissue.size());
+      TriedCut tried(tissue.size());
+      std::mt19937_64 random(7);
+      std::uniform_real_distribution<double> u(-1, 1);
+      dvec3 from(0);
+      std::size_t made = 0;
+      for (int cut = 0; cut < 400; ++cut) {
+        if (cut % 50 == 0) from = glm::normalize(dvec3(u(random), u(random), u(random))) * 5.2_mm;
+        const dvec3 way = 0.02_mm * dvec3(u(random), u(random), u(random)) - 0.02 * from;
+        const double r = cut % 100 < 60 ? 1.0_mm : 0.7_mm;
+        tried.begin(balls);
+        Removed of_tried, removed;
+        for (std::size_t t = 0; t < balls; ++t) {
+          const dvec3 a = from + static_cast<double>(t) * dvec3(0.4_mm, 0, 0);
+          const std::size_t found = tried_tissue.tree().near_segment(a, a + way, r, near);
+          tried.add(tried_tissue, std::span<const Place>(near).first(found), a, a + way, r, one);
+          tissue.cut(a, a + way, r, changed, {}, removed);
+        }
+        tried_tissue.make(
+            tried, of_tried, [&](Place, double) { ++made; }, [] {});
+        ASSERT_EQ(of_tried.volume, removed.volume) << cut;
+        from += way;
+      }
+      EXPECT_GT(made, 3000u);
+      for (int i = 0; i < static_cast<int>(tissue.size()); ++i) {
+        ASSERT_EQ(tried_tissue.sphere(i), tissue.sphere(i)) << i;
+        ASSERT_EQ(tried_tissue.tree().center(i), tissue.tree().center(i)) << i;
+      }
+      // make() leaves boxes that may be too large, which must not change a search.
+      for (int k = 0; k < 500; ++k) {
+        const dvec3 p = 6.0_mm * dvec3(u(random), u(random), u(random)), m = 5.0_mm * dvec3(u(random), u(random), 1);
+        const auto hit = tried_tissue.tree().first_hit(p, 0.3_mm, m), exact = tissue.tree().brute_force(p, 0.3_mm, m);
+        ASSERT_EQ(hit.t, exact.t) << k;
+        ASSERT_EQ(hit.sphere, exact.sphere) << k;
+      }
+    }
+  }
 }
 
 TEST(ToolSpheres, AClosedMeshFromAnStlBecomesATool) {

@@ -70,10 +70,14 @@ ComputePasses::ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<con
   resting_.reserve(most), cutting_.reserve(most), number_.reserve(most);
   const std::size_t results = std::max(kExpected, passes_->spheres() / 4);
   shares_.reserve(results), changes_.reserve(results);
+  loaded_.resize(passes_->spheres());
 }
 
 void ComputePasses::load(const SphereTissue& tissue) noexcept {
-  ready_ = tissue.size() == passes_->spheres() && passes_->load(tissue.spheres(), tissue.removal());
+  ready_ = tissue.size() == loaded_.size();
+  if (!ready_) return;
+  for (std::size_t i = 0; i < loaded_.size(); ++i) loaded_[i] = tissue.sphere(static_cast<int>(i));
+  ready_ = passes_->load(loaded_, tissue.removal());
 }
 
 bool ComputePasses::first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept {
@@ -100,7 +104,9 @@ bool ComputePasses::estimate_surface(const SphereTissue& tissue, const ToolSpher
   if (!take(found, shares_)) return ready_ = false;
   order(tissue.tree(), shares_);
   OverlapSum sum(tissue, density);
-  for (const SphereShare& s : shares_) sum.add(resting_[s.ball].p, static_cast<int>(s.sphere), s.volume);
+  for (const SphereShare& s : shares_) {
+    sum.add(resting_[s.ball].p, tissue.tree().place_of(static_cast<int>(s.sphere)), s.volume);
+  }
   estimate = sum.estimate();
   return ready_;
 }
@@ -170,7 +176,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
     const SurfaceEstimate surface =
         estimate_surface(tissue, tool, to, to * tool.center_T[0], kEpsilon, one, buffers.changed);
     double joules = 0;
-    tried.begin();
+    tried.begin(tool.head);
     for (std::size_t t = 0; t < tool.head; ++t) {
       const dvec3 a = at * tool.center_T[t], b = to * tool.center_T[t];
       const std::size_t near =

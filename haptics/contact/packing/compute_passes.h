@@ -52,6 +52,7 @@ class ComputePasses {
   std::vector<std::uint32_t> number_;  // for each ball in resting_: index of the tool's sphere
   std::vector<SphereShare> shares_;    // overlaps, sorted in the order in which the CPU sums them
   std::vector<SphereChange> changes_;
+  std::vector<CutSphere> loaded_;  // the spheres in the order of their indices, while they are copied to the GPU
 };
 
 /// Mean times of the passes at one tool position, on the CPU and on a GPU.

@@ -36,15 +36,16 @@ LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
       cut_(packing.size(), 0),
       seen_(packing.size(), 0),
       flood_(packing.size(), 0) {
-  std::vector<int> near(packing.size());
+  std::vector<Place> near(packing.size());
   for (std::size_t i = 0; i < packing.size(); ++i) {
     first_.push_back(links_.size());
     const double r = packing.radius[i];
     const std::size_t found = tree.near_segment(packing.center[i], packing.center[i], (1 + kLink) * r, near);
     for (std::size_t k = 0; k < found; ++k) {
-      const auto j = static_cast<std::size_t>(near[k]);
+      const int other = tree.sphere_in(near[k]);
+      const auto j = static_cast<std::size_t>(other);
       const double gap = glm::distance(packing.center[i], packing.center[j]) - r - packing.radius[j];
-      if (j != i && gap < kLink * std::min(r, packing.radius[j])) links_.push_back({near[k], static_cast<float>(gap)});
+      if (j != i && gap < kLink * std::min(r, packing.radius[j])) links_.push_back({other, static_cast<float>(gap)});
     }
   }
   first_.push_back(links_.size());

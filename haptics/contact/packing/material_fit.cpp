@@ -80,8 +80,10 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     std::map<int, double> overlap;
     for (std::size_t k = begin; k < end; ++k) {
       moment.measured += samples[k].force / static_cast<double>(end - begin);
-      carve(spheres, tool, samples[k].X_WT, samples[k + 1].X_WT, buffers,
-            [&](int i, const CutSphere& before) { overlap[i] += spheres.volume_of(before) - spheres.volume(i); });
+      carve(spheres, tool, samples[k].X_WT, samples[k + 1].X_WT, buffers, [&](Place place, const CutSphere& before) {
+        overlap[spheres.tree().sphere_in(place)] +=
+            spheres.volume_of(before) - spheres.volume_of(spheres.sphere(place));
+      });
     }
     double taken = 0;
     for (const auto& [i, v] : overlap) {

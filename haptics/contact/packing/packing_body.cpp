@@ -150,7 +150,8 @@ void PackingBody::carve(const Cut& cut, bool) {
   take_over_paint();
   cut_now_.clear();
   ++cut_number_;
-  packing::carve(spheres_, tools_[cut.tool], cut.X_WA, cut.X_WB, buffers_, [&](int i, const CutSphere& before) {
+  packing::carve(spheres_, tools_[cut.tool], cut.X_WA, cut.X_WB, buffers_, [&](Place place, const CutSphere& before) {
+    const int i = spheres_.tree().sphere_in(place);
     changed(i, before);
     if (std::exchange(changed_in_[static_cast<std::size_t>(i)], cut_number_) == cut_number_) return;
     cut_now_.push_back({i, before.center(), before.radius()});

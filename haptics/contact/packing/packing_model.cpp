@@ -111,7 +111,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
-        carve(fresh.spheres, proxies_[made.tool].tool(), made.X_WA, made.X_WB, buffers_, [](int, const CutSphere&) {
+        carve(fresh.spheres, proxies_[made.tool].tool(), made.X_WA, made.X_WB, buffers_, [](Place, const CutSphere&) {
         }).volume;
     for (std::size_t t = 0; t < now.size(); ++t) removed[t] += now[t] - made.removed[t];
     made.removed = now;
@@ -293,7 +293,7 @@ void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
   for (std::size_t t = 0; t < tool.head; ++t) {
-    const std::span<int> left = std::span(near_).subspan(end);
+    const std::span<Place> left = std::span(near_).subspan(end);
     end += std::min(left.size(), proxy().near_path(snapshot_.spheres.tree(), t, to, left));
     near_end_[t] = end;
   }
@@ -307,9 +307,9 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   double sum = 0;
   if (gpu_ && gpu_->cost(snapshot_.spheres, tool, from, to, near_to, energy_, sum)) return sum;
   sum = 0;
-  tried_.begin();
+  tried_.begin(tool.head);
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
-    const std::span<const int> near = std::span(near_).subspan(begin, near_end_[t] - begin);
+    const std::span<const Place> near = std::span(near_).subspan(begin, near_end_[t] - begin);
     const dvec3 a = from * tool.center_T[t], b = to * tool.center_T[t];
     sum += settings_.laws >= kLawsOfRings ? tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_)
                                           : snapshot_.spheres.cost(near, a, b, tool.radius[t], energy_);
@@ -385,9 +385,9 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     proxy().forget_near();
   } else {
     const SphereTree& tree = snapshot_.spheres.tree();
-    const auto note = [&](int i, const CutSphere& before) {
+    const auto note = [&](Place place, double protrudes) {
       changed = true;
-      proxy().note_cut(tree, i, before.center(), before.radius());
+      proxy().note_cut(tree, place, protrudes);
     };
     // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
@@ -395,11 +395,13 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
         near_end_[tool.head - 1] < near_.size()) {
       snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
     } else {
-      const auto near = [&](std::size_t t, std::span<int> found) {
+      const auto near = [&](std::size_t t, std::span<Place> found) {
         proxy().end_notes();
         return proxy().near_path(tree, t, to, found);
       };
-      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, note);
+      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](Place place, const CutSphere& before) {
+        note(place, glm::distance(tree.center(place), before.center()) + tree.radius(place) - before.radius());
+      });
       proxy().end_notes();
     }
   }
@@ -438,7 +440,7 @@ void PackingModel::feel(const ContactInput&, Contact& out) noexcept {
 }
 
 Tissue PackingModel::tissue_at(const dvec3& p_W) const noexcept {
-  std::array<int, 64> near;
+  std::array<Place, 64> near;
   const SphereTree& tree = snapshot_.spheres.tree();
   const std::size_t count = std::min(tree.near_segment(p_W, p_W, kNearby, near), near.size());
   Tissue tissue = Tissue::kAir;

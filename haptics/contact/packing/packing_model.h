@@ -85,7 +85,7 @@ class PackingModel final : public ContactModel {
   CutBuffers buffers_;
   TriedCut tried_;
   // result of find_near(): one list for each sphere of the head, stored one after the other
-  std::vector<int> near_;
+  std::vector<Place> near_;
   // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry

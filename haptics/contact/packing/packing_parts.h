@@ -75,17 +75,17 @@ struct PackingSnapshot final : Snapshot {
 /// Buffers for one cut, allocated at set-up.
 struct CutBuffers {
   explicit CutBuffers(std::size_t spheres) : changed(spheres), before(spheres) {}
-  std::vector<int> changed;
+  std::vector<Place> changed;
   std::vector<CutSphere> before;
 };
 
 /// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver both call this function,
-/// so their tissues stay equal bit by bit. Calls keep(number, sphere before) for each sphere that changes. near(t,
-/// numbers) must write the indices of the tissue spheres that head sphere t can touch on its motion, in the tree's
-/// order, and return their number.
+/// so their tissues stay equal bit by bit. Calls keep(place, sphere before) for each sphere that changes. near(t,
+/// places) must write the places of the tissue spheres that head sphere t can touch on its motion, in the tree's order,
+/// and return their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
-              Near&& near, Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
+              Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {
   Removed removed;
   for (std::size_t t = 0; t < tool.head; ++t) {
     const std::size_t found = std::min(near(t, std::span(buffers.changed)), buffers.changed.size());
@@ -99,8 +99,8 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
 /// tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
-              Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
-  const auto near = [&](std::size_t t, std::span<int> found) {
+              Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {
+  const auto near = [&](std::size_t t, std::span<Place> found) {
     return tissue.tree().near_segment(X_WA * tool.center_T[t], X_WB * tool.center_T[t], tool.radius[t], found);
   };
   return carve(tissue, tool, X_WA, X_WB, buffers, near, keep);

@@ -31,9 +31,6 @@ constexpr double kAhead = 3;               // mean margin for a fast tool, as a 
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
-// m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
-// margin; a larger protrusion reduces only the margins of the lists near the sphere.
-constexpr double kStickOut = 1e-6;
 // Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, in entries
@@ -97,20 +94,14 @@ void SphereProxy::move_to(const Pose& X_W) noexcept {
   X_W_ = X_W;
 }
 
-void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& center_before,
-                           double radius_before) noexcept {
-  const dvec3 center = tree.center(sphere);
-  const double radius = tree.radius(sphere), out = glm::distance(center, center_before) + radius - radius_before;
-  if (!(radius > 0) || out <= 0) return;
-  noted_ = true;
-  if (out <= kStickOut) {
-    protrudes_ = std::max(protrudes_, out);
-    return;
-  }
+void SphereProxy::note_large(const SphereTree& tree, Place place, double protrudes) noexcept {
+  const dvec3 center = tree.center(place);
+  const double radius = tree.radius(place);
+  if (!(radius > 0)) return;
   for (std::size_t i = 0; i < tool_.size(); ++i) {
     NearList& list = lists_[i];
     if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved)
-      list.protrudes = std::max(list.protrudes, out);
+      list.protrudes = std::max(list.protrudes, protrudes);
   }
 }
 
@@ -144,9 +135,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     list.margin = list.free = tree.room(center, kLook + r) - r - kRounding;
     return;
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    found_gaps_[k] = glm::distance(center, tree.center(found_[k])) - tree.radius(found_[k]) - r - kRounding;
-  }
+  tree.gaps_to(center, std::span(found_).first(count), found_gaps_.data());
+  for (std::size_t k = 0; k < count; ++k) found_gaps_[k] = found_gaps_[k] - r - kRounding;
   double most = kNever;
   if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
     const auto from = sorted_gaps_.begin(), omitted = from + static_cast<std::ptrdiff_t>(room_);
@@ -162,7 +152,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     gap_[i * room_ + list.count++] = static_cast<float>(found_gaps_[k]);
   }
   for (std::size_t k = list.count; k % kLanes != 0; ++k) {
-    listed_[i * room_ + k] = 0;
+    listed_[i * room_ + k] = Place{};
     gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
   }
 }
@@ -189,7 +179,7 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  std::array<int, SphereTree::kWide> some;
+  std::array<Place, SphereTree::kWide> some;
   std::size_t count = 0;
   const auto test = [&] {
     const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
@@ -198,8 +188,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   };
   each_listed(
       i, [&] { return list.moved + best.t * bound; },
-      [&](int sphere) {
-        some[count++] = sphere;
+      [&](Place place) {
+        some[count++] = place;
         if (count == some.size()) test();
       });
   if (count > 0) test();
@@ -251,7 +241,7 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
 }
 
 std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const Pose& to,
-                                   std::span<int> found) const noexcept {
+                                   std::span<Place> found) const noexcept {
   const NearList& list = lists_[i];
   const Motion motion = motion_to(to);
   const double bound = motion.way(arm_[i]), r = tool_.radius[i];
@@ -263,20 +253,28 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 /// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
 /// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
-                                     double reach, std::span<int> found) const noexcept {
-  std::size_t count = 0;
+                                     double reach, std::span<Place> found) const noexcept {
+  std::size_t count = 0, waiting = 0;
+  std::array<Place, SphereTree::kWide> some;
+  const auto test = [&] {
+    for (unsigned bits = tree.near_of({some.data(), waiting}, a, b, reach); bits; bits &= bits - 1) {
+      if (count < found.size()) found[count] = some[static_cast<std::size_t>(std::countr_zero(bits))];
+      ++count;
+    }
+    waiting = 0;
+  };
   each_listed(
       i, [&] { return gap; },
-      [&](int sphere) {
-        if (!tree.is_near(sphere, a, b, reach)) return;
-        if (count < found.size()) found[count] = sphere;
-        ++count;
+      [&](Place place) {
+        some[waiting++] = place;
+        if (waiting == some.size()) test();
       });
+  if (waiting > 0) test();
   return count;
 }
 
 std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double epsilon,
-                                   std::span<int> found) noexcept {
+                                   std::span<Place> found) noexcept {
   NearList& list = lists_[i];
   const dvec3 c = X_W_ * tool_.center_T[i];
   const double reach = tool_.radius[i] + epsilon;

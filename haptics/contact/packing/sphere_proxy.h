@@ -2,6 +2,7 @@
 // sec. III B, C).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <span>
@@ -57,7 +58,15 @@ class SphereProxy {
   void forget_near() noexcept;
   /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But the
   /// sphere may protrude from its previous state, because a cut that takes several ticks moves it.
-  void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
+  void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
+    if (!(protrudes > 0)) return;
+    noted_ = true;
+    if (protrudes <= kStickOut) {
+      protrudes_ = std::max(protrudes_, protrudes);
+    } else {
+      note_large(tree, place, protrudes);
+    }
+  }
   /// Must be called after the note_cut() of the spheres that one of the tool's spheres changed, before the next search.
   void end_notes() noexcept;
 
@@ -73,11 +82,12 @@ class SphereProxy {
   /// Finds the tissue's spheres near the motion of one tool sphere from the proxy's pose to `to`, with the same result
   /// as SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
-                        std::span<int> found) const noexcept;
+                        std::span<Place> found) const noexcept;
 
   /// Finds the tissue's spheres near one tool sphere at the proxy's pose, if the tool sphere is enlarged by `epsilon`
   /// (m), with the same result as SphereTree::near_segment().
-  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon, std::span<int> found) noexcept;
+  std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
+                        std::span<Place> found) noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -104,6 +114,10 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, gap that the proxy keeps from a sphere
 
  private:
+  // m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
+  // margin; a larger protrusion reduces only the margins of the lists near the sphere.
+  static constexpr double kStickOut = 1e-6;
+
   /// A motion of the tool from the proxy's pose to another pose.
   struct Motion {
     Pose to;
@@ -142,13 +156,14 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   /// Makes the near list. `way`: upper bound of the motion for which it must be valid, m.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
-  /// Calls visit(sphere) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
+  /// Calls visit(place) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
   /// few others.
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
-                          double reach, std::span<int> found) const noexcept;
+                          double reach, std::span<Place> found) const noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
+  void note_large(const SphereTree& tree, Place place, double protrudes) noexcept;
   std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 
@@ -162,9 +177,9 @@ class SphereProxy {
   std::vector<double> arm_;                  // m, for each tool sphere: distance from the frame's origin
   std::vector<NearList> lists_;              // near lists, one for each tool sphere
   std::size_t room_;                         // number of entries for which each list has memory, a multiple of 8
-  std::vector<int> listed_;                  // entries of all near lists, one list after the other
+  std::vector<Place> listed_;                // entries of all near lists, one list after the other
   std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
-  std::vector<int> found_;                   // indices of the spheres that one search found
+  std::vector<Place> found_;                 // places of the spheres that one search found
   std::vector<double> found_gaps_;           // m, gaps of the spheres in found_
   std::vector<double> sorted_gaps_;          // m, copy of found_gaps_, partly sorted
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/dispatch.h"
+#include "haptics/contact/packing/lens_lanes.h"
+
 namespace typodont::haptics::packing {
 
 namespace {
@@ -13,6 +16,9 @@ constexpr double kSameSide = 0.5;
 /// Smallest radius of a sphere, as a fraction of its base's radius. A smaller sphere is removed, because a contact with
 /// it could not be felt.
 constexpr double kLeast = 1e-3;
+// number of cuts after which the tree's boxes above a leaf are made exact again
+constexpr std::size_t kExactEvery = 16;
+constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error of a sphere's motion
 constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
 
 double ball_volume(double r) {
@@ -23,21 +29,24 @@ double ball_volume(double r) {
 
 SphereTissue::SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell)
     : removal_(removal),
-      tissue_(packing.tissue),
-      hardness_(packing.size(), 1.0f),
-      tree_(packing.center, packing.radius) {
+      tree_(packing.center, packing.radius),
+      spheres_(tree_.places()),
+      tissue_(tree_.places()),
+      hardness_(tree_.places(), 1.0f) {
   const PerTissue filled = packing.sphere_volume();
-  spheres_.reserve(packing.size());
   for (std::size_t i = 0; i < packing.size(); ++i) {
     const auto t = static_cast<std::size_t>(packing.tissue[i]);
     const double volume = cell.empty() ? ball_volume(packing.radius[i]) * packing.solid_volume[t] / filled[t] : cell[i];
-    spheres_.push_back({packing.center[i], packing.radius[i], volume, {}, 0, 0});
+    const auto place = static_cast<std::size_t>(tree_.place_of(static_cast<int>(i)));
+    spheres_[place] = {packing.center[i], packing.radius[i], volume, {}, 0, 0};
+    tissue_[place] = packing.tissue[i];
   }
 }
 
 void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept {
-  tissue_[static_cast<std::size_t>(i)] = tissue;
-  hardness_[static_cast<std::size_t>(i)] = static_cast<float>(hardness);
+  const auto place = static_cast<std::size_t>(tree_.place_of(i));
+  tissue_[place] = tissue;
+  hardness_[place] = static_cast<float>(hardness);
   graded_ = graded_ || hardness != 1;
 }
 
@@ -56,9 +65,7 @@ double SphereTissue::counted(const CutSphere& s) const noexcept {
 
 PerTissue SphereTissue::volumes() const noexcept {
   PerTissue sum{};
-  for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    sum[static_cast<std::size_t>(tissue_[i])] += volume(static_cast<int>(i));
-  }
+  for (int i = 0; i < static_cast<int>(size()); ++i) sum[static_cast<std::size_t>(tissue(i))] += volume(i);
   return sum;
 }
 
@@ -85,86 +92,194 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   return true;
 }
 
-std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed,
+std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                               std::span<CutSphere> before, Removed& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
   return cut_near(found, a, b, r, changed, before, removed);
 }
 
-std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
-                                   std::span<CutSphere> before, Removed& removed) noexcept {
+std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
+                                   std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
+  std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
   for (std::size_t k = 0; k < found; ++k) {
-    const int i = changed[k];
-    CutSphere s = sphere(i);
+    const Place place = changed[k];
+    CutSphere s = sphere(place);
     const CutSphere was = s;
     if (!after_cut(s, a, b, r)) continue;
-    count(i, counted(was) - counted(s), removed);
-    if (unmended >= 0 && !tree_.share_leaf(unmended, i)) tree_.mend_above(unmended);
-    put(unmended = i, s);
+    count(place, counted(was) - counted(s), removed);
+    if (unmended && !tree_.share_leaf(*unmended, place)) tree_.mend_above(*unmended);
+    put(place, s);
+    unmended = place;
     if (kept < before.size()) before[kept] = was;
-    changed[kept++] = i;
+    changed[kept++] = place;
   }
-  if (unmended >= 0) tree_.mend_above(unmended);
+  if (unmended) tree_.mend_above(*unmended);
   return kept;
 }
 
 void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
-  count(i, volume(i) - counted(after), removed);
+  count(tree_.place_of(i), volume(i) - counted(after), removed);
   set(i, after);
 }
 
-void SphereTissue::count(int i, double taken, Removed& removed) const noexcept {
-  const auto t = static_cast<std::size_t>(tissue(i));
+void SphereTissue::count(Place place, double taken, Removed& removed) const noexcept {
+  const auto t = static_cast<std::size_t>(tissue(place));
   removed.volume[t] += taken;
-  removed.hardened[t] += taken * hardness(i);
+  removed.hardened[t] += taken * hardness(place);
 }
 
-double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+double SphereTissue::cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
                           const PerTissue& weight) const noexcept {
   double sum = 0;
-  for (const int i : near) {
-    CutSphere s = sphere(i);
+  for (const Place place : near) {
+    CutSphere s = sphere(place);
     const double before = counted(s);
     if (!after_cut(s, a, b, r)) continue;
-    sum += (before - counted(s)) * hardness(i) * weight[static_cast<std::size_t>(tissue(i))];
+    sum += (before - counted(s)) * hardness(place) * weight[static_cast<std::size_t>(tissue(place))];
   }
   return sum;
 }
 
-double TriedCut::add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+/// Eight spheres and the results of their cut by one ball.
+struct SphereTissue::Lanes {
+  static constexpr std::size_t kWide = SphereTree::kWide;
+  double base[3][kWide], base_radius[kWide], base_volume[kWide], away[3][kWide], overlap[kWide], tool[kWide];
+  double new_away[3][kWide], new_overlap[kWide], taken[kWide], protrudes[kWide];
+  unsigned changes;  // bit mask of the spheres that change, and whose result is valid
+  unsigned others;   // bit mask of the spheres for which after_cut() must be called
+
+  void put(std::size_t k, const CutSphere& s) {
+    base[0][k] = s.base.x, base[1][k] = s.base.y, base[2][k] = s.base.z;
+    base_radius[k] = s.base_radius, base_volume[k] = s.base_volume;
+    away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
+    overlap[k] = s.overlap, tool[k] = s.tool;
+  }
+  /// Returns a sphere after its cut by a ball of radius `r`.
+  void take(std::size_t k, double r, CutSphere& s) const {
+    s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
+    s.base_radius = base_radius[k], s.base_volume = base_volume[k];
+    s.away.x = new_away[0][k], s.away.y = new_away[1][k], s.away.z = new_away[2][k];
+    s.overlap = new_overlap[k], s.tool = r;
+  }
+};
+
+namespace {
+
+/// Computes SphereTissue::counted() of eight spheres with the corrected rule, with the same bits.
+TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
+                                   D8& volume) {
+  const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
+  D8 base, lens;
+  ball_volumes(base_radius, base);
+  lens_volumes(tool, base_radius, tool + base_radius - overlap, lens);
+  const D8 part = base_volume * (1.0 - lens / base);
+  volume = radius > kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
+}
+
+/// Computes the cut of eight spheres by a ball of radius `r` that moves from a to b, with the same bits as
+/// SphereTissue::after_cut(). Spheres for which the cut starts anew are only marked in `others`.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
+  D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
+  read_lanes(x, s.base[0]), read_lanes(y, s.base[1]), read_lanes(z, s.base[2]);
+  read_lanes(away_x, s.away[0]), read_lanes(away_y, s.away[1]), read_lanes(away_z, s.away[2]);
+  read_lanes(base_radius, s.base_radius), read_lanes(base_volume, s.base_volume);
+  read_lanes(overlap, s.overlap), read_lanes(tool, s.tool);
+  const D8 zero{};
+  D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
+  const dvec3 ab = b - a;
+  if (const double length2 = glm::dot(ab, ab); length2 > 0) {  // as in nearest_on()
+    const D8 at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
+             share = low > zero + 1.0 ? zero + 1.0 : low;
+    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
+  }
+  D8 distance = off_x * off_x + off_y * off_y + off_z * off_z;
+  take_root(distance);
+  const L8 apart = distance > zero;
+  const D8 to_x = apart ? off_x / distance : zero, to_y = apart ? off_y / distance : zero,
+           to_z = apart ? off_z / distance : zero + 1.0;
+  const D8 deep = r + base_radius - distance, twice = 2.0 * base_radius, deepest = twice < deep ? twice : deep;
+  const L8 fresh = overlap <= zero, continued = (to_x * away_x + to_y * away_y + to_z * away_z >= zero + kSameSide) &
+                                                (tool == zero + r) & (deep > overlap);
+  D8 before, after;
+  counted_lanes(base_radius, base_volume, overlap, tool, before);
+  counted_lanes(base_radius, base_volume, deepest, zero + r, after);
+  // How far the cut sphere protrudes from the sphere before the cut: both are moved and reduced by half of the overlap.
+  const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
+           moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
+           moved_z = new_half * to_z - half * away_z;
+  D8 moved = moved_x * moved_x + moved_y * moved_y + moved_z * moved_z;
+  take_root(moved);
+  write_lanes(s.protrudes, moved + (new_rest > zero ? new_rest : zero) - (rest > zero ? rest : zero) + kRounding);
+  s.changes = bits_of((fresh | continued) & (deep > zero + kTouching));
+  s.others = bits_of(~(fresh | continued));
+  write_lanes(s.new_away[0], to_x), write_lanes(s.new_away[1], to_y), write_lanes(s.new_away[2], to_z);
+  write_lanes(s.new_overlap, deepest);
+  write_lanes(s.taken, before - after);
+}
+
+}  // namespace
+
+double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
                      const PerTissue& weight) noexcept {
   double sum = 0;
-  bool first = true;
-  for (const int i : near) {
-    const auto k = static_cast<std::size_t>(i);
-    const CutSphere& before = tried_in_[k] == number_ ? state_[k] : tissue.sphere(i);
-    CutSphere s = before;
-    if (!tissue.after_cut(s, a, b, r)) continue;
-    const double taken = tissue.counted(before) - tissue.counted(s);
-    sum += taken * tissue.hardness(i) * weight[static_cast<std::size_t>(tissue.tissue(i))];
-    if (steps_.size() < kMostSteps) {
-      steps_.push_back({i, first, taken, s});
-      first = false;
-    } else {
-      complete_ = false;
+  const std::size_t first = count_;
+  const auto state = [&](Place place) -> const CutSphere& {
+    const auto k = static_cast<std::size_t>(place);
+    return several_ && tried_in_[k] == number_ ? state_[k] : tissue.sphere(place);
+  };
+  SphereTissue::Lanes lanes{};
+  for (std::size_t begin = 0; begin < near.size(); begin += SphereTissue::Lanes::kWide) {
+    const std::span<const Place> some = near.subspan(begin, std::min(near.size() - begin, SphereTissue::Lanes::kWide));
+    for (std::size_t k = 0; k < some.size(); ++k) lanes.put(k, state(some[k]));
+    cut_lanes(lanes, a, b, r);
+    if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const Place place = some[k];
+      // A step that does not change the sphere, or for which there is no space, is overwritten by the next one.
+      Step& step = steps_[std::min(count_, kMostSteps)];
+      step.place = place, step.first = count_ == first;
+      if (lanes.others >> k & 1) {
+        const CutSphere& before = state(place);
+        step.after = before;
+        if (!tissue.after_cut(step.after, a, b, r)) continue;
+        step.taken = tissue.counted(before) - tissue.counted(step.after);
+        step.protrudes = glm::distance(step.after.center(), before.center()) + step.after.radius() - before.radius();
+      } else {
+        if (!(lanes.changes >> k & 1)) continue;
+        lanes.take(k, r, step.after);
+        step.taken = lanes.taken[k];
+        step.protrudes = lanes.protrudes[k];
+      }
+      sum += step.taken * tissue.hardness(place) * weight[static_cast<std::size_t>(tissue.tissue(place))];
+      ++count_;
+      if (!several_) continue;
+      state_[static_cast<std::size_t>(place)] = step.after;
+      tried_in_[static_cast<std::size_t>(place)] = number_;
     }
-    state_[k] = s;
-    tried_in_[k] = number_;
   }
   return sum;
 }
 
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
-  put(i, s);
-  tree_.mend_above(i);
+  put(tree_.place_of(i), s);
+  tree_.mend_above(tree_.place_of(i));
 }
 
 /// Sets a sphere without updating the tree's boxes above it.
-void SphereTissue::put(int i, const CutSphere& s) noexcept {
-  spheres_[static_cast<std::size_t>(i)] = s;
-  tree_.put(i, s.center(), gone(s) ? 0 : s.radius());
+void SphereTissue::put(Place place, const CutSphere& s) noexcept {
+  spheres_[static_cast<std::size_t>(place)] = s;
+  tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
+}
+
+/// Updates the tree's boxes above a sphere that make() has changed. In most cuts the boxes are only widened.
+void SphereTissue::renew_boxes(Place place) noexcept {
+  if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
+    tree_.mend_above(place);
+  } else {
+    tree_.widen_above(place);
+  }
 }
 
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue) {

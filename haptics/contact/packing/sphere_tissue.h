@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,13 +36,18 @@ class SphereTissue {
   /// volume.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
-  std::size_t size() const { return spheres_.size(); }
+  std::size_t size() const { return tree_.size(); }
   const SphereTree& tree() const { return tree_; }
-  Tissue tissue(int i) const noexcept { return tissue_[static_cast<std::size_t>(i)]; }
-  const CutSphere& sphere(int i) const noexcept { return spheres_[static_cast<std::size_t>(i)]; }
+  // The functions with an int refer to a sphere by its index in the packing, the functions with a Place by its place in
+  // the tree.
+  Tissue tissue(Place place) const noexcept { return tissue_[static_cast<std::size_t>(place)]; }
+  Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
+  const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
+  const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
   /// Returns the hardness of a sphere as a fraction of its tissue's own hardness (hardness.h). It can exceed 1 if a
   /// density was fitted to a measurement (eq. 14).
-  double hardness(int i) const noexcept { return hardness_[static_cast<std::size_t>(i)]; }
+  double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
+  double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
   /// Returns true if the hardness of any sphere differs from 1.
   bool graded() const { return graded_; }
   /// Sets tissue and hardness of a sphere, at set-up or after the tissue was painted.
@@ -53,100 +59,111 @@ class SphereTissue {
   /// Returns the remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the indices
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the places
   /// of the changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed
   /// volume to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the
   /// ball can touch; the others are not cut.
-  std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
+  std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the
   /// ball can touch.
-  std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
+  std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
   /// Returns the cost of a cut by one ball: the sum over all spheres in `near` of removed volume (m³) × hardness ×
   /// `weight` of the tissue. For several balls that overlap, see class TriedCut.
-  double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+  double cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
   /// Sets a sphere back to an earlier state.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(number, sphere before) for
-  /// every change, and ends_ball() after the changes by one of the tool's spheres.
+  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(place, distance
+  /// by which the sphere protrudes from its former surface) for every change, and ends_ball() after the changes by one
+  /// of the tool's spheres.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
   Removal removal() const { return removal_; }
-  std::span<const CutSphere> spheres() const { return spheres_; }
+
+  // Public only because the kernels in the .cpp file need it.
+  struct Lanes;
 
   /// Returns the memory used by the spheres and the tree, bytes.
-  std::size_t bytes() const {
-    return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes();
-  }
+  std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
 
  private:
   friend class TriedCut;
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
   bool gone(const CutSphere& s) const noexcept;
-  void put(int i, const CutSphere& sphere) noexcept;
-  void count(int i, double taken, Removed& removed) const noexcept;
+  void put(Place place, const CutSphere& sphere) noexcept;
+  void renew_boxes(Place place) noexcept;
+  void count(Place place, double taken, Removed& removed) const noexcept;
 
   Removal removal_;
+  std::size_t made_ = 0;  // number of cuts by make()
+  SphereTree tree_;
+  // for each place of the tree
   std::vector<CutSphere> spheres_;
   std::vector<Tissue> tissue_;
   std::vector<float> hardness_;
   bool graded_ = false;
-  SphereTree tree_;
 };
 
 /// Computes the cost of a cut by several balls, one after the other, without changing the tissue. Each ball pays only
 /// for the tissue that the previous balls left, as in carve(). Allocates memory only in the constructor. Servo thread.
 class TriedCut {
  public:
-  explicit TriedCut(std::size_t spheres) : state_(spheres), tried_in_(spheres, 0) { steps_.reserve(kMostSteps); }
-  /// Starts a new cut.
-  void begin() noexcept {
+  explicit TriedCut(std::size_t spheres)
+      : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // the tree's last places may be empty
+    steps_.resize(kMostSteps + 1);
+  }
+  /// Starts a new cut by this number of balls.
+  void begin(std::size_t balls) noexcept {
     ++number_;
-    steps_.clear();
-    complete_ = true;
+    several_ = balls > 1;
+    count_ = 0;
   }
   /// True if SphereTissue::make() can make the cut: its changes were few enough to be stored.
-  bool complete() const noexcept { return complete_; }
+  bool complete() const noexcept { return count_ <= kMostSteps; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
-  double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+  double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
  private:
   friend class SphereTissue;
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
-    int sphere;
-    bool first;    // the first change by one of the tool's spheres
-    double taken;  // m³, removed volume
+    Place place{};
+    bool first = false;    // the first change by one of the tool's spheres
+    double taken = 0;      // m³, removed volume
+    double protrudes = 0;  // m, upper bound of the distance by which the sphere protrudes from its state before the cut
     CutSphere after;
   };
-  std::vector<Step> steps_;  // changes in the order of carve()
-  bool complete_ = false;
-  std::vector<CutSphere> state_;         // for each sphere: its state after the present cut, if the cut changed it
-  std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the last cut that changed state_
+  std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
+  std::size_t count_ = 0;    // number of changes; greater than kMostSteps if some of them were not stored
+  // true: several balls cut, so a later ball may cut a sphere that an earlier ball has changed
+  bool several_ = true;
+  std::vector<CutSphere> state_;         // for each place: the sphere after the present cut, if several balls cut
+  std::vector<std::uint64_t> tried_in_;  // for each place: number of the last cut that changed state_
   std::uint64_t number_ = 0;
 };
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
-  for (const TriedCut::Step& step : tried.steps_) {
-    const int i = step.sphere;
+  std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
+  ++made_;
+  for (std::size_t k = 0; k < tried.count_; ++k) {
+    const TriedCut::Step& step = tried.steps_[k];
     if (step.first) ends_ball();
-    const CutSphere before = sphere(i);
-    if (gone(before)) continue;
-    count(i, step.taken, removed);
-    if (unmended >= 0 && !tree_.share_leaf(unmended, i)) tree_.mend_above(unmended);
-    put(unmended = i, step.after);
-    changes(i, before);
+    if (gone(sphere(step.place))) continue;
+    count(step.place, step.taken, removed);
+    if (unmended && !tree_.share_leaf(*unmended, step.place)) renew_boxes(*unmended);
+    put(step.place, step.after);
+    unmended = step.place;
+    changes(step.place, step.protrudes);
   }
-  if (unmended >= 0) tree_.mend_above(unmended);
+  if (unmended) renew_boxes(*unmended);
   ends_ball();
 }
 

@@ -29,6 +29,63 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
+/// Returns a bit mask of the spheres that are nearer than `reach` to the segment from a to b.
+TYPODONT_KERNEL unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+  D8 x, y, z, r;
+  read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
+  D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
+  const dvec3 ab = b - a;
+  if (const double length2 = glm::dot(ab, ab); length2 > 0) {  // as in nearest_on()
+    const D8 zero{}, at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
+                     share = low > zero + 1.0 ? zero + 1.0 : low;
+    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
+  }
+  const D8 near = r + reach;
+  return bits_of((r > D8{}) & (off_x * off_x + off_y * off_y + off_z * off_z < near * near));
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
+  return near_in(leaf, a, b, reach);
+}
+
+/// Computes the distance from a point to the surface of each sphere.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void gap_lanes(const SphereTree::Leaf& leaf, const dvec3& p, double* gap) {
+  D8 x, y, z, r;
+  read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
+  x -= p.x, y -= p.y, z -= p.z;
+  D8 distance = x * x + y * y + z * z;
+  take_root(distance);
+  write_lanes(gap, distance - r);
+}
+
+/// Returns the box around the spheres of a leaf, relative to `origin` and enlarged by `slack`.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
+  D8 r;
+  read_lanes(r, leaf.r);
+  const I8 full = __builtin_convertvector(r > D8{}, I8);
+  const double* const center[3] = {leaf.x, leaf.y, leaf.z};
+  for (int a = 0; a < 3; ++a) {
+    D8 c;
+    read_lanes(c, center[a]);
+    c -= origin[a];
+    const F8 below = __builtin_convertvector(c - r - slack, F8), above = __builtin_convertvector(c + r + slack, F8);
+    const F8 far = F8{} + 1e30f;
+    lo[a] = least_of(full ? below : far);
+    hi[a] = -least_of(full ? -above : far);
+  }
+}
+
+/// Returns the box around all children of a node.
+TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) {
+  for (int a = 0; a < 3; ++a) {
+    lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
+    hi[a] = -least_of(-*reinterpret_cast<const F8*>(node.hi[a]));
+  }
+}
+
 /// Computes the squared distance from a point to each child's box; infinite for an empty box.
 TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
@@ -91,17 +148,17 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   slack_ = kRounding * glm::length(hi - lo);
 
   const std::size_t leaves = std::max<std::size_t>(1, (n + kWide - 1) / kWide);
-  id_of_.resize(n);
-  std::iota(id_of_.begin(), id_of_.end(), 0);
+  sphere_in_.resize(n);
+  std::iota(sphere_in_.begin(), sphere_in_.end(), 0);
   std::size_t chunk = kWide;
   while (chunk < n) chunk *= kWide;
   order(center, 0, n, chunk);
-  id_of_.resize(leaves * kWide, -1);
-  slot_of_.resize(n);
+  sphere_in_.resize(leaves * kWide, -1);
+  place_of_.resize(n);
   leaves_.assign(leaves, Leaf{});
   for (std::size_t s = 0; s < n; ++s) {
-    const auto i = static_cast<std::size_t>(id_of_[s]);
-    slot_of_[i] = static_cast<int>(s);
+    const auto i = static_cast<std::size_t>(sphere_in_[s]);
+    place_of_[i] = static_cast<Place>(s);
     Leaf& leaf = leaves_[s / kWide];
     leaf.x[s % kWide] = center[i].x, leaf.y[s % kWide] = center[i].y, leaf.z[s % kWide] = center[i].z;
     leaf.r[s % kWide] = radius[i];
@@ -116,26 +173,26 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
     level_.push_back(nodes_.size());
     nodes_.resize(nodes_.size() + below, empty);
   }
-  for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf, /*exactly=*/true);
 }
 
-/// Sorts id_of_[from .. to) such that each group of `chunk` successive spheres is close together in space; then sorts
-/// each eighth of a group in the same manner.
+/// Sorts sphere_in_[from .. to) such that each group of `chunk` successive spheres is close together in space; then
+/// sorts each eighth of a group in the same manner.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
   const std::size_t parts = (to - from + chunk - 1) / chunk;
   dvec3 lo(1e30), hi(-1e30);
   for (std::size_t s = from; s < to; ++s) {
-    const dvec3& c = center[static_cast<std::size_t>(id_of_[s])];
+    const dvec3& c = center[static_cast<std::size_t>(sphere_in_[s])];
     lo = glm::min(lo, c), hi = glm::max(hi, c);
   }
   const dvec3 wide = hi - lo;
   const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
   const std::size_t middle = from + parts / 2 * chunk;
   std::nth_element(
-      id_of_.begin() + static_cast<std::ptrdiff_t>(from), id_of_.begin() + static_cast<std::ptrdiff_t>(middle),
-      id_of_.begin() + static_cast<std::ptrdiff_t>(to), [&](int i, int j) {
+      sphere_in_.begin() + static_cast<std::ptrdiff_t>(from), sphere_in_.begin() + static_cast<std::ptrdiff_t>(middle),
+      sphere_in_.begin() + static_cast<std::ptrdiff_t>(to), [&](int i, int j) {
         const double a = center[static_cast<std::size_t>(i)][axis], b = center[static_cast<std::size_t>(j)][axis];
         return a != b ? a < b : i < j;
       });
@@ -143,45 +200,37 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-void SphereTree::put(int i, const dvec3& center, double radius) noexcept {
-  const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
+void SphereTree::put(Place place, const dvec3& center, double radius) noexcept {
+  const auto s = static_cast<std::size_t>(place);
   Leaf& leaf = leaves_[s / kWide];
   leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
   leaf.r[s % kWide] = radius;
 }
 
 /// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
-void SphereTree::mend(std::size_t leaf) noexcept {
-  glm::vec3 lo(1e30f), hi(-1e30f);
-  const Leaf& l = leaves_[leaf];
-  for (std::size_t k = 0; k < kWide; ++k) {
-    if (!(l.r[k] > 0)) continue;
-    const dvec3 c = dvec3(l.x[k], l.y[k], l.z[k]) - origin_;
-    lo = glm::min(lo, glm::vec3(c - l.r[k] - slack_));
-    hi = glm::max(hi, glm::vec3(c + l.r[k] + slack_));
-  }
+/// With `exactly` false, also stops at the first box that is large enough.
+void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
+  float lo[3], hi[3];
+  box_of(leaves_[leaf], origin_, slack_, lo, hi);
   std::size_t child = leaf;
   for (const std::size_t first : level_) {
     Node& node = nodes_[first + child / kWide];
     const std::size_t k = child % kWide;
-    bool same = true;
+    bool same = true, inside = true;
     for (int a = 0; a < 3; ++a) {
       same = same && node.lo[a][k] == lo[a] && node.hi[a][k] == hi[a];
-      node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
+      inside = inside && node.lo[a][k] <= lo[a] && node.hi[a][k] >= hi[a];
     }
-    if (same) return;
-    lo = glm::vec3(1e30f), hi = glm::vec3(-1e30f);
-    for (int a = 0; a < 3; ++a) {
-      for (std::size_t j = 0; j < kWide; ++j)
-        lo[a] = std::min(lo[a], node.lo[a][j]), hi[a] = std::max(hi[a], node.hi[a][j]);
-    }
+    if (same || (inside && !exactly)) return;
+    for (int a = 0; a < 3; ++a) node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
+    box_of(node, lo, hi);
     child /= kWide;
   }
 }
 
 SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m) const noexcept {
   Hit best;
-  for (std::size_t i = 0; i < slot_of_.size(); ++i) {
+  for (std::size_t i = 0; i < place_of_.size(); ++i) {
     const double rb = radius(static_cast<int>(i));
     if (!(rb > 0)) continue;
     const double t = contact_time(center(static_cast<int>(i)) - p, m, rb + r);
@@ -190,18 +239,15 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
   return best;
 }
 
-SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& p, double r,
+SphereTree::Hit SphereTree::first_of(std::span<const Place> spheres, const dvec3& p, double r,
                                      const dvec3& m) const noexcept {
-  Leaf leaf{};
-  for (std::size_t k = 0; k < spheres.size(); ++k) {
-    const dvec3 c = center(spheres[k]);
-    leaf.x[k] = c.x, leaf.y[k] = c.y, leaf.z[k] = c.z, leaf.r[k] = radius(spheres[k]);
-  }
   double t[kWide];
-  contact_times(leaf, p, r, m, t);
+  contact_times(lanes_of(spheres), p, r, m, t);
   Hit best;
   for (std::size_t k = 0; k < spheres.size(); ++k) {
-    if (t[k] < best.t || (t[k] == best.t && t[k] != kNever && spheres[k] < best.sphere)) best = {t[k], spheres[k]};
+    if (!(t[k] <= best.t) || t[k] == kNever) continue;
+    const int i = sphere_in(spheres[k]);
+    if (t[k] < best.t || i < best.sphere) best = {t[k], i};
   }
   return best;
 }
@@ -237,7 +283,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
       contact_times(leaves_[at.index], p, r, m, t);
       for (std::size_t k = 0; k < kWide; ++k) {
         if (!(t[k] <= best.t) || t[k] == kNever) continue;
-        const int id = id_of_[at.index * kWide + k];
+        const int id = sphere_in_[at.index * kWide + k];
         if (t[k] < best.t || id < best.sphere) best = {t[k], id};
       }
       if (best) until = std::min(1.0f, static_cast<float>(best.t) * 1.000001f + 1e-12f);
@@ -261,14 +307,23 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   return best;
 }
 
-bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept {
-  const double r = radius(i), near = r + reach;
-  const dvec3 c = center(i), off = c - nearest_on(a, b, c);
-  return r > 0 && glm::dot(off, off) < near * near;
+unsigned SphereTree::near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b,
+                             double reach) const noexcept {
+  return near_lanes(lanes_of(spheres), a, b, reach);
 }
 
+void SphereTree::gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept {
+  for (std::size_t k = 0; k < spheres.size(); k += kWide) {
+    double gaps[kWide];
+    const std::span<const Place> some = spheres.subspan(k, std::min(kWide, spheres.size() - k));
+    gap_lanes(lanes_of(some), p, gaps);
+    std::copy_n(gaps, some.size(), gap + k);
+  }
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
-                                     std::span<int> found) const noexcept {
+                                     std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
   // Upper bound of the rounding errors of single-precision positions.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
@@ -280,14 +335,10 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   while (depth > 0) {
     const auto [level, index] = stack[--depth];
     if (level == 0) {
-      const Leaf& leaf = leaves_[index];
-      for (std::size_t k = 0; k < kWide; ++k) {
-        if (!(leaf.r[k] > 0)) continue;
-        const dvec3 c(leaf.x[k], leaf.y[k], leaf.z[k]);
-        const double near = leaf.r[k] + reach;
-        const dvec3 off = c - nearest_on(a, b, c);
-        if (!(glm::dot(off, off) < near * near)) continue;
-        if (count < found.size()) found[count] = id_of_[index * kWide + k];
+      for (unsigned bits = near_in(leaves_[index], a, b, reach); bits; bits &= bits - 1) {
+        if (count < found.size()) {
+          found[count] = static_cast<Place>(index * kWide + static_cast<std::size_t>(std::countr_zero(bits)));
+        }
         ++count;
       }
       continue;
@@ -301,8 +352,8 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-/// Calls visit(slot, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The visit
-/// may reduce `most` to shorten the search; negative infinity ends it.
+/// Calls visit(place, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The
+/// visit may reduce `most` to shorten the search; negative infinity ends it.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -363,8 +414,8 @@ bool SphereTree::touches(const dvec3& p, double r) const noexcept {
 int SphereTree::nearest(const dvec3& p) const noexcept {
   double most = 1e15;
   int best = -1;
-  visit_nearest(p, most, [&](std::size_t slot, double off) {
-    if (off < most) most = off, best = id_of_[slot];
+  visit_nearest(p, most, [&](std::size_t place, double off) {
+    if (off < most) most = off, best = sphere_in_[place];
   });
   return best;
 }

@@ -11,6 +11,10 @@
 
 namespace typodont::haptics::packing {
 
+/// Place of a sphere in the order of the tree. Spheres that are near each other mostly have near places, so data that
+/// are stored by place are near each other in memory. A place is leaf · 8 + lane.
+enum class Place : std::int32_t {};
+
 /// A tree with eight spheres per leaf and eight children per node, which are tested in parallel. Metres, any frame.
 /// Built at set-up; all other functions are noexcept and never allocate. Used by one thread at a time.
 class SphereTree {
@@ -23,33 +27,42 @@ class SphereTree {
 
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
-  std::size_t size() const { return slot_of_.size(); }
-  dvec3 center(int i) const noexcept {
-    const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
+  std::size_t size() const { return place_of_.size(); }
+  /// Number of places, a multiple of eight. The last places may be empty.
+  std::size_t places() const { return sphere_in_.size(); }
+  Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
+  /// Returns the index of the sphere at a place.
+  int sphere_in(Place place) const noexcept { return sphere_in_[static_cast<std::size_t>(place)]; }
+  dvec3 center(Place place) const noexcept {
+    const auto s = static_cast<std::size_t>(place);
     const Leaf& leaf = leaves_[s / kWide];
     return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
   }
-  /// Returns the radius of sphere i, or 0 if the sphere has disappeared.
-  double radius(int i) const noexcept {
-    const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
+  dvec3 center(int i) const noexcept { return center(place_of(i)); }
+  /// Returns the radius of a sphere, or 0 if the sphere has disappeared.
+  double radius(Place place) const noexcept {
+    const auto s = static_cast<std::size_t>(place);
     return leaves_[s / kWide].r[s % kWide];
   }
+  double radius(int i) const noexcept { return radius(place_of(i)); }
 
   /// Sets the position and radius of a sphere; with radius 0 the sphere disappears. Updates the boxes of the nodes
   /// above it.
   void set(int i, const dvec3& center, double radius) noexcept {
-    put(i, center, radius);
-    mend_above(i);
+    put(place_of(i), center, radius);
+    mend_above(place_of(i));
   }
   /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
   /// before the next search.
-  void put(int i, const dvec3& center, double radius) noexcept;
+  void put(Place place, const dvec3& center, double radius) noexcept;
   /// Returns true if two spheres are in the same leaf of the tree.
-  bool share_leaf(int i, int j) const noexcept {
-    return slot_of_[static_cast<std::size_t>(i)] / static_cast<int>(kWide) ==
-           slot_of_[static_cast<std::size_t>(j)] / static_cast<int>(kWide);
+  bool share_leaf(Place a, Place b) const noexcept {
+    return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
   }
-  void mend_above(int i) noexcept { mend(static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]) / kWide); }
+  void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/true); }
+  /// Updates the boxes above a sphere only if they would become too small. Boxes that are larger than necessary make
+  /// searches slower, but do not change their results.
+  void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/false); }
 
   /// Returns the first sphere that a sphere of radius `r` at `p` touches while it moves by `m`. Among simultaneous
   /// contacts, returns the sphere with the lowest index. The result has the same bits as that of brute_force().
@@ -57,21 +70,24 @@ class SphereTree {
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
   /// Returns the first sphere that the moving sphere touches, as first_hit() does, but tests only the given spheres (at
   /// most kWide). The result has the same bits.
-  Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
+  Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Writes to `found` the indices of the spheres that are nearer than `reach` to the segment from a to b. Their order
+  /// Writes to `found` the places of the spheres that are nearer than `reach` to the segment from a to b. Their order
   /// depends only on the tree. Returns their number; spheres for which `found` has no space are counted but not
   /// written.
-  std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
+  std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// Returns true if near_segment() would find sphere i.
-  bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
+  /// Writes the distance from p to the surface of each given sphere to `gap`, m; negative inside the sphere.
+  void gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept;
+
+  /// Returns a bit mask of those of the given spheres (at most kWide) that near_segment() would find.
+  unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Returns the rank of sphere i; near_segment() sorts its result by rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
-    const auto slot = static_cast<std::uint32_t>(slot_of_[static_cast<std::size_t>(i)]);
+    const auto place = static_cast<std::uint32_t>(place_of(i));
     const auto last = static_cast<std::uint32_t>(leaves_.size()) - 1;
-    return (last - slot / kLanes) * kLanes + slot % kLanes;
+    return (last - place / kLanes) * kLanes + place % kLanes;
   }
 
   /// Returns the distance that a point may move before it can be inside a sphere, m: at most `most`; negative if the
@@ -87,7 +103,7 @@ class SphereTree {
   int nearest(const dvec3& p) const noexcept;
 
   std::size_t bytes() const {
-    return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * slot_of_.size() * sizeof(int);
+    return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * place_of_.size() * sizeof(int);
   }
 
   static constexpr std::size_t kWide = 8;
@@ -96,6 +112,16 @@ class SphereTree {
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
+  /// Returns centres and radii of the given spheres (at most kWide). The radius of an unused lane is 0.
+  Leaf lanes_of(std::span<const Place> spheres) const noexcept {
+    Leaf lanes{};
+    for (std::size_t k = 0; k < spheres.size(); ++k) {
+      const auto s = static_cast<std::size_t>(spheres[k]), i = s % kWide;
+      const Leaf& leaf = leaves_[s / kWide];
+      lanes.x[k] = leaf.x[i], lanes.y[k] = leaf.y[i], lanes.z[k] = leaf.z[i], lanes.r[k] = leaf.r[i];
+    }
+    return lanes;
+  }
   /// Boxes of the eight children, relative to origin_ and rounded outward. A box with lo > hi is empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
@@ -105,12 +131,12 @@ class SphereTree {
   template <class Visit>
   void visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept;
   void order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk);
-  void mend(std::size_t leaf) noexcept;
+  void mend(std::size_t leaf, bool exactly) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;          // m, margin of the boxes; larger than all rounding errors of single precision
-  std::vector<int> id_of_;    // for each slot: index of its sphere, or -1; slot = leaf · 8 + lane
-  std::vector<int> slot_of_;  // for each sphere: index of its slot
+  double slack_ = 0;             // m, margin of the boxes; larger than all rounding errors of single precision
+  std::vector<int> sphere_in_;   // for each place: index of its sphere, or -1
+  std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;         // all nodes, level by level: the level above the leaves first, the root last
   std::vector<std::size_t> level_;  // for each level: its first index in nodes_

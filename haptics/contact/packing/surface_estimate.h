@@ -24,8 +24,11 @@ struct SurfaceEstimate {
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
-  /// Adds an overlap of the volume `v` (m³) between the tool sphere with centre `c` and the tissue sphere `i`.
-  void add(const dvec3& c, int i, double v) noexcept;
+  /// Adds an overlap of the volume `v` (m³) between the tool sphere with centre `c` and the tissue sphere
+  /// at `place`.
+  void add(const dvec3& c, Place place, double v) noexcept;
+  /// Same, with the unit vector `n` from the tissue sphere to the tool sphere; zero if their centres coincide.
+  void add(Place place, const dvec3& n, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
  private:
@@ -38,15 +41,15 @@ class OverlapSum {
 
 /// Sums the overlaps (eq. 2, 3) between the tissue and the head's spheres near the contact, which are enlarged by
 /// `epsilon` (m). `density`: density of each tissue, which is multiplied by the hardness of each sphere; 0 means no
-/// resistance. `scratch`: buffer for the indices of the spheres near one tool sphere.
+/// resistance. `scratch`: buffer for the places of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
-                                 std::span<int> scratch) noexcept;
+                                 std::span<Place> scratch) noexcept;
 
 /// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the spheres in the near
 /// lists of `proxy`.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
-                                 const PerTissue& density, std::span<int> scratch) noexcept;
+                                 const PerTissue& density, std::span<Place> scratch) noexcept;
 
 /// Paper S2, eq. 4: returns the cutting speed in m/s. At density zero the tissue has no resistance, and the speed is
 /// `free_speed`.

@@ -1,7 +1,6 @@
 #include "haptics/contact/vertex/head_distances.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "engine/base/dispatch.h"
 #include "haptics/lanes.h"
@@ -11,20 +10,12 @@ namespace typodont::haptics::vertex {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
 
 /// Arrays with the positions of points relative to the head, and with the results.
 struct Columns {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
 };
-
-TYPODONT_KERNEL void read_lanes(D8& v, const double* from) {
-  std::memcpy(&v, from, sizeof v);
-}
-TYPODONT_KERNEL void write_lanes(double* to, const D8& v) {
-  std::memcpy(to, &v, sizeof v);
-}
 
 /// Computes the signed distance from a ball of this radius to each point, and its gradient, with the same result as
 /// HeadField::distance(p, n).
