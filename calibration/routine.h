@@ -1,5 +1,5 @@
 // The complete calibration routine: from raw captures to a calibrated bench. Every step can be solved again from its
-// captures.
+// captures. README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <filesystem>

@@ -2,6 +2,7 @@
 // renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
 // and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
 // A frame equal to the previous frame is not drawn again. FrameStats counts the work.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// Imports a scan or a closed mesh as tissue: a distance field and labels. Set-up time; throws Error.
+// Imports a scan or a closed mesh as tissue: a distance field and labels. Called at set-up; throws Error.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <filesystem>

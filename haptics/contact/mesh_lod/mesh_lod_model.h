@@ -1,5 +1,6 @@
 // The part of the contact model "mesh_lod" that runs on the servo thread. It computes the surface contact point,
 // selects the level of detail by the hand's speed, and handles walls between tissues.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <memory>

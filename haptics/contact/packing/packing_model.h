@@ -1,5 +1,6 @@
 // The part of the contact model "packing" that runs on the servo thread. Each tick runs the three passes of paper S2
 // (docs/papers.md): first contact, material at the contact, and removal along the motion.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <array>

@@ -1,4 +1,26 @@
-// Searches the contacts between a head and the tissue.
+// Searches the contacts between a head and the tissue. This file is the main header of the folder
+// haptics/contact/proxy.
+//
+// Overview of the folder. The head is the cutting end of the tool. The proxy (god-object) is a pose of the tool that
+// stays outside the tissue, as near as possible to the pose of the hand. The picture shows the proxy. A spring between
+// the proxy and the hand gives the force. The files of this folder compute the motion of the proxy in three steps:
+// 1. Search. The class ContactFinder finds the points where the head touches the tissue or is near it. It reads the
+// tissue's distance field in a patch, which is a dense copy of the field around the tool. Each contact becomes a plane
+// (ContactPlane, contact_set.h). The plane has a normal n and a gap, which is the distance between head and tissue. A
+// displacement Δp of the head is allowed if n·Δp ≥ -gap.
+// 2. Projection. The function nearest_allowed() (nearest_allowed.h) computes the position nearest to the hand that all
+// planes allow. It uses an active-set method (active_set.h). The active planes are those that stop the head; there are
+// at most three.
+// 3. Refinement. The search uses single precision and linear interpolation. The active planes are therefore computed
+// again with cubic interpolation in double precision (ContactFinder::refine). The projection is then repeated with the
+// exact planes.
+//
+// Special cases. sharp_edge.h computes edges, corners and grooves of the tissue from the flat faces beside them,
+// because interpolation rounds them. smooth_contacts.h computes contacts of the parts of a tool that never cut, for
+// example the shank. parameters.h contains all constants with their reasons.
+//
+// Frames: W is the workbench, V is the grid of the patch (lengths in voxels), and T is the tool with its origin at the
+// head's centre and z along its axis. X_VT is the pose of T in V. docs/contact.md explains the method and its errors.
 #pragma once
 
 #include <memory>

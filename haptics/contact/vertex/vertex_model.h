@@ -1,5 +1,6 @@
-// The part of the contact model "vertex" (README.md) that runs on the servo thread. The vertices keep the head outside
-// the tissue. The force comes from springs on the vertices that a small virtual motion of the head would push.
+// The part of the contact model "vertex" that runs on the servo thread. README.md of this folder has an overview and
+// defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. The force comes from
+// springs on the vertices that a small virtual motion of the head would push.
 #pragma once
 
 #include <vector>
