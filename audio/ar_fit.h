@@ -23,8 +23,9 @@ struct SoundPart {
 
 struct FitOptions {
   std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
-  std::string order = "300";    // a number, "aic" or "bic"
-  int max_order = 600;          // highest order that the criteria may choose
+  // order of the model: a number, or "aic" or "bic", the criterion by which the fit chooses the order
+  std::string order = "300";
+  int max_order = 600;  // highest order that the criterion may choose
   /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
   /// (Yule–Walker)
   std::string window = "none";

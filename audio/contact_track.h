@@ -39,7 +39,7 @@ class VoicedTrack {
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // index of the last row that was passed
+  std::size_t row_ = 0;  // index of the table row whose time was passed last
   Nanos after_ = 0;      // ns, time since row row_
 };
 

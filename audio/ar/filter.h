@@ -71,10 +71,11 @@ class LatticeFilter {
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  /// largest condition number for float; the rounding noise is then 70 dB below the excitation
+  /// Upper limit of the condition number for the block form in float. At this limit, the rounding noise is 70 dB below
+  /// the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// largest condition number for double; the rounding noise is then 110 dB below the excitation; above it, the
-  /// lattice is used
+  /// Upper limit of the condition number for the block form in double. At this limit, the rounding noise is 110 dB
+  /// below the excitation. Above it, the lattice form is used.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 

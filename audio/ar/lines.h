@@ -15,7 +15,7 @@ struct LineTrack {
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
-  std::vector<double> deviation;  // Hz, deviation from the mean frequency
+  std::vector<double> deviation;  // Hz, deviation of the line's frequency from its mean frequency
 
   double mean_amplitude() const;
   /// Variances that the noise in the band would cause without any fluctuation of the line. The first function gives the

@@ -27,7 +27,7 @@ class InterpolationKernels {
 
  private:
   struct Set {
-    double speed;             // the highest playback speed for which this set is used
+    double speed;             // the highest playback speed for which this set of kernels is used
     int taps;                 // number of filter taps; a multiple of 16
     std::vector<float> rows;  // table of (kPhases + 1) rows with `taps` coefficients each
   };
