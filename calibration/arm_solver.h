@@ -63,7 +63,7 @@ struct ArmParameter {
 struct ArmResult {
   ArmGeometry geometry;
   std::vector<ArmParameter> parameters;
-  // Parameters, or combinations of parameters, that the captures do not determine; in words
+  // text that names the parameters, or combinations of parameters, that the captures do not determine
   std::vector<std::string> not_observable;
   // m, root mean square over all captures of the distance between the computed tip position and the position where the
   // tip rested

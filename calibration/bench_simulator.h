@@ -32,7 +32,8 @@ class BenchSimulator {
   /// Returns the nominal bench from the drawings, with which the routine starts.
   BenchState drawings() const;
 
-  /// Returns the encoder readings while the tip is exactly at p_W. The orientation of the wrist is arbitrary.
+  /// Returns the encoder readings of the arm while its tip is exactly at p_W. The orientation of the wrist is
+  /// arbitrary.
   ArmReading hold(const dvec3& p_W);
   /// Simulates a touch at p_W by an unsteady hand. `believed_arm` is the geometry with which the touch's position is
   /// computed.

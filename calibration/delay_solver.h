@@ -23,7 +23,7 @@ struct DelayOptions {
 struct DelayResult {
   // s, delay; if the clocks have different rates, the delay at `reference_time` (the first time in both recordings)
   double delay = 0;
-  // s, standard deviation; if the motion does not determine the delay, the width of the search range
+  // s, standard deviation of the delay; if the motion does not determine the delay, the width of the search range
   double sigma = 0;
   bool ambiguous = false;
   std::string reason;              // the reason for an ambiguous result, as one sentence
@@ -34,7 +34,7 @@ struct DelayResult {
   double reference_time = 0;  // s, time at which `delay` is valid
   double delay_at_end = 0;    // s, delay at the last time in both recordings
   double noise = 0;           // m per axis, noise of the difference between the streams
-  Pose X_BA;  // pose of A's frame in B; its rotation is the identity unless the streams clearly need a rotation
+  Pose X_BA;  // Pose of frame A in frame B. Its rotation is the identity unless the streams clearly need a rotation.
   bool rotated = false;  // true if a rotation was needed
   int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;

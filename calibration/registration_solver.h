@@ -37,7 +37,8 @@ struct Degeneracy {
 
 struct Box {
   dvec3 low{0, 0, 0};
-  dvec3 high{0, 0, 0};  // corners of the box; if both are zero: the bounding box of the inliers is used
+  // m; `low` and `high` are corners of the box; if both are zero, the bounding box of the inliers is used
+  dvec3 high{0, 0, 0};
 };
 
 struct RegistrationOptions {

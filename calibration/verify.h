@@ -33,7 +33,7 @@ struct VerifyResult {
   Box workspace_D;
   std::vector<MapPoint> map;          // points of a grid of 9×9×9; x changes fastest
   std::vector<double> residuals;      // m, residual of each touch
-  std::vector<std::size_t> outliers;  // indices of the touches far from the field
+  std::vector<std::size_t> outliers;  // indices of the touches whose error differs much from the fitted error field
   Tolerance tolerance;
   bool pass = false;
   std::string verdict;  // the result as one sentence

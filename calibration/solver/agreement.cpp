@@ -39,7 +39,8 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // A normal distribution has its largest density at its centre.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is the
+        // reciprocal of the largest density of the noise, which a normal distribution has at its centre.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -338,8 +339,8 @@ class KnownNoise {
   /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // The probability of missing four good pairs among sixteen is 1e-9; if there are few pairs, all triples are
-    // tried.
+    // Upper limit of the number of triples. With it, the probability of missing four good pairs among sixteen is 1e-9.
+    // If there are few pairs, all triples are tried.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -353,7 +354,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // If all three pairs already agree with the best motion, this triple would give the same result again.
+      // If all three pairs already agree with the best motion, this triple would give the same motion again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();

@@ -210,7 +210,7 @@ Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
   Eigen::Matrix3d B = K.inverse() * H;
   double scale = 2 / (B.col(0).norm() + B.col(1).norm());
-  if (B(2, 2) < 0) scale = -scale;  // selects the solution in front of the camera
+  if (B(2, 2) < 0) scale = -scale;  // of the two solutions, takes the one in front of the camera
   B *= scale;
   Eigen::Matrix3d R;
   R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));

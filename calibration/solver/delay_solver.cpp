@@ -35,7 +35,7 @@ double median(std::vector<double> values) {
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // for each sample: begin and end of its segment
+  std::vector<std::size_t> begin, end;  // for each sample: indices of the begin and the end of its segment
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
 };
@@ -86,7 +86,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
+  double noise_gain = 1;  // ratio of the variance of the interpolated p to the variance of one sample
 };
 
 // Interpolates by the Lagrange polynomial through the six samples around u. Returns no value across a gap.
@@ -161,7 +161,7 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  // 2.366 is the median of chi-squared with 3 degrees of freedom
+  // The squared magnitude is 70 σ² times a chi-squared variable with 3 degrees of freedom, whose median is 2.366.
   return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 

@@ -39,7 +39,8 @@ constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which 
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-constexpr double kTurnOverNoise = 4;  // lower limit of the ratio of a rotation to the rotation noise
+// lower limit of a rotation, as a ratio to the noise of rotations; smaller rotations do not determine X and Z
+constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
   return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
@@ -161,9 +162,9 @@ class Solver {
     return r;
   }
 
-  // Solves by least squares without a noise model. Rotation (Shah 2013): R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ).
-  // If they need not be rotations, the solution consists of the first singular vectors of Σ R_B ⊗ R_A; for motions, of
-  // its first eigenvector.
+  // Solves by least squares without a noise model. The rotations R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah
+  // 2013). First solves for general matrices instead of rotations. This solution consists of the first singular vectors
+  // of Σ R_B ⊗ R_A; for relative motions (X = Z), of its first eigenvector. Then takes the nearest rotations.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -254,7 +255,8 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Scale: the expected largest distance in the half if all rows are good.
+    // Estimates the noise of rotation and of translation. The largest residual in the better half of the rows is
+    // divided by the value that is expected for a noise of 1 if all rows are good.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -362,7 +364,8 @@ class Solver {
                   scale.asDiagonal();
   }
 
-  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in S.
+  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in the
+  // stylus frame S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
