@@ -289,7 +289,8 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the due steps are no longer valid. Then all particles get a full update.
+  // If the nozzle was switched on or moved, the stored times of the particles' next updates are no longer valid. Then
+  // all particles are updated now.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -23,7 +23,8 @@ using namespace literals;
 
 // The simulated hand is a mass with a damper. It is pushed against the wall so hard that it never leaves the wall
 // (Colgate & Brown 1994).
-constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kMass: kg; kDamping: N·s/m; kPush: N
+// kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
+constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {

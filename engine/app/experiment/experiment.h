@@ -35,7 +35,7 @@ struct Stimulus {
 };
 
 struct Trial {
-  int number = 0;  // number of the trial, from 1
+  int number = 0;  // number of the trial; the first trial is 1
   std::array<Stimulus, 2> stimuli;
   /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
   /// ExperimentPlan::models.

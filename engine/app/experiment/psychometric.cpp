@@ -34,7 +34,7 @@ struct Level {
 /// Finds the value between `low` and `high` at which `f` is largest. It first evaluates a grid, then uses Brent's
 /// method near the best grid point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
-  constexpr int kBits = 20;  // precision of Brent's method in bits
+  constexpr int kBits = 20;  // number of bits to which Brent's method computes a value
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;

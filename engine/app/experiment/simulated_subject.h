@@ -20,7 +20,8 @@ namespace typodont {
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}
-  /// `difference`: second − first, in the unit of the question.
+  /// Returns the answer for the present trial. `difference`: second stimulus minus first stimulus, in the unit of the
+  /// question.
   Answer judge(double difference);
 
  private:

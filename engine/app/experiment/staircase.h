@@ -10,11 +10,11 @@ namespace typodont {
 /// a ratio, so the level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    /// For this kind, the level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt
-    /// 1971).
+    /// With this kind of staircase, the level falls after `down` consecutive right answers, and rises after each wrong
+    /// answer (Levitt 1971).
     kTransformed,
-    /// For this kind, the level falls after each right answer, and rises by a larger ratio after each wrong answer
-    /// (Kaernbach 1991).
+    /// With this kind of staircase, the level falls after each right answer, and rises by a larger ratio after each
+    /// wrong answer (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;

@@ -56,7 +56,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   double along_ = 0;      // m, length of the smoothing path that is completed
   double pecked_ = 0;     // m, depth at which the drill was last pulled back
   bool pulling_ = false;  // true while the drill is pulled back to let the bone cool
-  bool cooling_ = false;  // true from the moment when the bone is too hot until it has cooled down
+  bool cooling_ = false;  // true while the hand waits for the bone to cool, after it became too hot
   bool gave_up_ = false;
 };
 

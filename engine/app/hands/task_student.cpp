@@ -37,7 +37,7 @@ constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
 constexpr double kBridged = 0.4e-3;
 constexpr double kStraight = 3e-3;  // m, threshold: a longer connection between two passes goes over the tissue
-constexpr double kHop = 0.3e-3;     // m, distance between two heights that the search for a connection tries
+constexpr double kHop = 0.3e-3;     // m, height step of the search for a free path between two strokes
 constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a row that is longer than this on a ramp
 // threshold: where the slope of a floor is larger, the floor is divided into pieces
 constexpr double kSteep = 2;
@@ -479,8 +479,9 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // number of the point on each grid edge
-    std::vector<std::array<std::size_t, 2>> next;        // numbers of the two neighbours of each point on its line
+    // number of the point that lies on each grid edge; the key is the number of the edge
+    std::unordered_map<std::size_t, std::size_t> index;
+    std::vector<std::array<std::size_t, 2>> next;  // numbers of the two neighbours of each point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);

@@ -358,7 +358,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    // the thread does not end although it is not in a call of the runtime, so the GPU hangs
+    // The thread does not end, although it is not in a call of the runtime. So the GPU hangs.
     if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();

@@ -144,10 +144,11 @@ class LivePicture {
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;         // true if the last pass of the drawing loop drew a frame
-  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that QualityLadder evaluated
-  std::optional<SeenFrom> seen_;   // viewpoint and view that were recorded last
-  int implant_section_ = 0;        // section through the implant: 0 along the arch, 1 across it
+  bool drew_last_ = false;  // true if the last pass of the drawing loop drew a frame
+  // number of cuts in the session at the last frame that ladder_ (QualityLadder) evaluated
+  std::uint64_t ladder_cuts_ = 0;
+  std::optional<SeenFrom> seen_;  // viewpoint and view that were recorded last
+  int implant_section_ = 0;       // section through the implant: 0 along the arch, 1 across it
 };
 
 }  // namespace typodont

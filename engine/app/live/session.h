@@ -34,7 +34,7 @@ struct LiveSession {
   Wiring wiring;
   std::optional<haptics::Servo> servo;  // created as soon as the hand is known
   std::optional<haptics::ForceDelay>
-      delay;  // servo thread only: delays the force; empty if the session does not delay forces
+      delay;  // delays the force; empty if the session does not delay forces; used only by the servo thread
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
   ServoTick last;                      // servo thread only: the last tick
   double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread

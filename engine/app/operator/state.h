@@ -141,7 +141,7 @@ struct ImportForm {
   /// number of the series in a DICOM folder with several series, from 1; 0: the folder has only one series
   int series = 0;
   int crown = 0;  // direction of the crown, as an index in the enumeration Crown
-  // mm. voxel_mm: voxel size; 0: the voxel size of the file. shell_mm: thickness of the shell; 0: the default.
+  // voxel_mm: mm, voxel size; 0: the voxel size of the file. shell_mm: mm, thickness of the enamel; 0: the default.
   float voxel_mm = 0, shell_mm = 0;
   float unit_mm = 1;     // mm, length of the unit in which a mesh file states coordinates
   float spacing_mm = 0;  // mm, distance between two samples of a scan; 0: the distance that the file states

@@ -23,7 +23,8 @@ void end_page() {
 }
 
 namespace {
-// heights as ratios to the text height: of the message line, and of the lowest row with the buttons
+// kMessageHeight: height of the message line; kFootHeight: height of the lowest row, which contains the buttons. Both
+// are ratios to the text height.
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 

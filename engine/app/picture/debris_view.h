@@ -96,13 +96,13 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the last cut, if the cut is not yet applied to the field; cut_at: pose of the head at
-    // the last cut that was applied
+    // uncut: pose of the head at the last cut, if this cut is not yet applied to the water's distance field; cut_at:
+    // pose of the head at the last cut that was applied
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counts at the last call of count()
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // values of the three counters at the last call of count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();

@@ -10,7 +10,7 @@ namespace typodont {
 
 namespace {
 
-// ratio: the radius in which a point of the gum moves vertices, to the distance between two points of the gum
+// radius in which a point of the gum moves the vertices, as a ratio to the distance between two points of the gum
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
 constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
@@ -126,7 +126,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // the normals are opposite, so the vertex is on the other side of a thin layer
+      // The normals are opposite, so the vertex lies on the other side of a thin layer of gum.
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;

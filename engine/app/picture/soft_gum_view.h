@@ -46,7 +46,7 @@ class SoftGumView {
   struct Influence {
     std::uint32_t point = 0;
     float part = 0;      // weight of the point, 0..1
-    glm::vec3 slope{0};  // 1/m, gradient of the weight
+    glm::vec3 slope{0};  // 1/m, gradient of `part` (the weight) over the position of the vertex
   };
   /// The undeformed form of a brick, with triangles that are small enough to show a dent.
   struct Rest {

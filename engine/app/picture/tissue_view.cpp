@@ -75,8 +75,8 @@ constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     32;  // number of bricks per update; they take some milliseconds, so that new patches for the servo are not delayed
 
-/// Depth to which light shows what lies inside a tissue, m. The colours of dentin and caries are visible through
-/// enamel, and the colour of pulp through thin dentin.
+/// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
+/// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -100,7 +100,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points along the path into the tissue; a gap in the tissue is usually wider
+  // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
   constexpr float kBeside = 2;  // voxels, distance of further test points from this path
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));

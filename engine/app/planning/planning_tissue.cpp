@@ -126,7 +126,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        piece = distances_within_piece(piece.back().first);  // distances from one end of the canal to the other
+        // starts again at one end of the canal, so that the distances increase to its other end
+        piece = distances_within_piece(piece.back().first);
         // The path goes from voxel to voxel through their faces, so it can be √3 times as long as the canal. The true
         // length is computed below from the centres of the sections.
         const double per_section = kSection / frame_.voxel;

@@ -36,7 +36,7 @@ constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMidd
 constexpr double kReach = 3e-3;  // m, distance from the tooth up to which its distance field is computed
 // m, overlap of the gum with the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
-constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below it the gum hides the root
+constexpr double kCoveredBelow = 0.6e-3;  // m; deeper than this below the gum's edge, the gum hides the root
 // m, width over which the collar (the gum around a tooth) blends into the ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends

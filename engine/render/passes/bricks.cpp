@@ -251,8 +251,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns the plane, in mesh coordinates, beyond which another body covers, in this view, the bricks that the mesh had
-/// at the start; zero: no plane.
+/// Returns a plane in mesh coordinates. In this view, another body covers the initial bricks of the mesh beyond this
+/// plane, so they need not be drawn. A zero plane covers no brick.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);

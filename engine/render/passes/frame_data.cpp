@@ -43,7 +43,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Returns the half sizes of a box as seen from the lamp.
+    // Returns half the width and half the height of a box as seen from the lamp, measured from the middle of the lamp's
+    // spot.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {

@@ -82,7 +82,8 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // The constants of frame.glsl that a tool does not use are 0; the last constant is kLightGrid.
+    // Sets the constants of frame.glsl. A tool does not use the first seven constants, so they are 0. The last constant
+    // is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }

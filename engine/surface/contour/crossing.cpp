@@ -15,7 +15,8 @@ constexpr float kSame = 3e-3f;
 constexpr float kBent = 0.25f;
 // Limit of the change of slope between the edge's ends. Curvature cannot explain a larger change.
 constexpr float kSlopeJump = 0.6f;
-// Limit of the deviation of |∇|² from 1 for central differences. Only differences across a crease deviate more.
+// Limit of the deviation of the squared gradient length |∇|² from 1, if the gradient is computed by central
+// differences. Only differences across a crease deviate more.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
