@@ -26,7 +26,7 @@ struct ContactInput {
   // Contact force and normal of the last tick.
   double normal_force = 0;        // N, magnitude of the contact force
   dvec3 normal{0};                // unit normal, pointing out of the tissue
-  double relative_stiffness = 1;  // factor on the stiffness in ServoSettings, from the tissue under the head
+  double relative_stiffness = 1;  // factor on the stiffness in ServoSettings; it depends on the tissue under the head
 
   // Limits of the removal in this tick.
   bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
@@ -44,7 +44,7 @@ struct ContactInput {
 /// sets force, torque and stored energy. Both set the remaining members. SI, frame W; lengths of the members that
 /// mention `unit` are in this unit.
 struct Contact {
-  // Results of constrain().
+  // The following members are results of constrain().
   dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
   bool touching = false;          // the head touches tissue
   bool breaking_through = false;  // the head has broken through the tissue, and the proxy has not reached the hand yet
@@ -52,7 +52,7 @@ struct Contact {
   bool deep = false;              // the head is so deep inside the tissue that no surface is found
   // there is no snapshot of the tissue at the tool; the plane of the last contact replaces the tissue
   bool bridging = false;
-  bool late = false;         // the snapshot has been missing for longer than a carver normally needs
+  bool late = false;         // true: the snapshot has been missing for longer than a carver normally needs
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact

@@ -93,7 +93,8 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // The front is moved by `shift` blocks. Range of the blocks that remain in it, in indices before the move.
+    // The front is moved by `shift` blocks. a and b limit the range of the blocks that remain in the front, as indices
+    // before the move.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {

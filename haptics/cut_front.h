@@ -79,8 +79,8 @@ class CutFront {
   static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups
-  // Lifetime of a list in voxels of path, for balls and for other heads. With a longer lifetime, lists are renewed less
-  // often but are longer.
+  // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
+  // heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   // Voxels per sweep, largest motion of a head that uses lists. A faster head would use up the lifetime of its lists at
   // once.
@@ -142,7 +142,7 @@ class CutFront {
   /// none. `way`: path per tick, voxels.
   int renewed_early(double way) const noexcept;
 
-  /// Returns table `k`, whose values depend only on the height (z) of a sample.
+  /// Returns table `k` of terms that depend only on the z coordinate of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
   // Number of additional entries in the tables of heights beyond the front, because a group may begin at the last

@@ -36,7 +36,7 @@ struct FoundDevice {
   std::string address;  // address for --hand; empty for pedals
   std::string kind;     // kind of device: "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
-  std::string node;        // device node /dev/…, or name of the service
+  std::string node;        // device node, such as /dev/hidraw0, or name of the service
   double force_limit = 0;  // N, largest force of the device
   bool permitted = true;
   std::string mend;  // command or sentence that tells the user how to repair a problem; empty: no problem

@@ -23,7 +23,7 @@ class LockStep {
   /// sets `cut` if the tissue changed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// While `stalled` is true, the carver does nothing: cuts wait, and no snapshot is taken. Simulates a late carver.
+  /// Simulates a late carver. While `stalled` is true, the carver does nothing: cuts wait, and no snapshot is taken.
   void stall(bool stalled) { stalled_ = stalled; }
 
   // The single steps of a run.

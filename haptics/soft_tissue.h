@@ -201,7 +201,7 @@ class SoftTissue {
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue: now, and in the last tick
+  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue: u_ in this tick, u_before_ in the last tick
   bool touching_ = false;
   bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;

@@ -20,7 +20,8 @@ inline bool by_default(const BenchOptions& options) {
 /// mesh). Also adds rows for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds rows for a hand that drills into a block with four heads. They contain ticks, cuts alone, and patches.
+/// Adds rows for a hand that drills into a block with four heads. The rows contain the times of whole ticks, of cuts
+/// alone, and of patch updates.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for the cut of one tick. It is compared with two lower bounds: reading and writing only the samples that

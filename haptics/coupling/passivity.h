@@ -46,7 +46,7 @@ struct PassivityLaw {
   // hand may approach fast and then land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
-  double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
+  double uneven = 1.5;  // factor on the longest recent tick, used if the clock is irregular
   double still = 1e-4;  // m/s, limit: a slower motion is rounding or rest
   double leap = 2;      // m/s, limit: a faster motion is a jump of the input
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss

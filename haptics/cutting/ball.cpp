@@ -34,7 +34,8 @@ struct Block {
 /// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
 /// share.
 struct Work {
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
+  // kLongest: upper limit of the number of samples in a row
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
   // terms of the distance that are equal for all samples of a row, for eight rows
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // index of the row's first sample
@@ -112,7 +113,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends to the list of groups those elements of `entries` whose lane is set in `mask`.
+/// Appends groups of samples to the list in `work`. A lane of `entries` contains one packed group; it is appended if
+/// the lane is set in `mask`.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -242,7 +244,8 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The blocks around a ball, the path length at which each block is due, and the list of groups that carve_due() fills.
+/// The blocks of the active front around a ball, the path length at which each block must be examined again, and the
+/// list of groups of samples that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // pointer to the label of the front's first voxel
@@ -274,8 +277,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. `u`, `v`: terms of the
-/// distance that are equal for all samples of the row.
+/// Computes the depth of eight samples of a row in the ball. `ahead`: mask of the samples ahead of A, the beginning of
+/// the sweep. `u`, `v`: terms of the distance that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -375,8 +378,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change
-          // by at most one per voxel.
+          // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel,
+          // the field and the depth change by at most one.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);

@@ -28,7 +28,9 @@ struct HeadBlock {
   // from a convex head is a convex function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
+  // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
+  // kManyPieces plus a set of pieces
+  int kind;
   bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
   float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
 
@@ -85,7 +87,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers above
+// This header is included last, because it uses the four headers that are included above it.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -303,7 +305,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // The block was deep inside the head at the other pose, where the tissue was already removed. So it is empty.
+    // The block was deep inside the head at the other pose of the sweep. The head removed the tissue there, so the
+    // block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -325,8 +328,8 @@ class HeadPass {
   /// change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change by at
-    // most one per voxel.
+    // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel, the
+    // field and the depth change by at most one.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -430,8 +433,8 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the chosen blocks and stores when they are due again, `way` being the present path length. `again`: they are
-  /// due at once.
+  /// Cuts the chosen blocks, and stores the path length of the head at which each block is due again (must be
+  /// examined). `way`: present path length of the head. `again`: true if the blocks are due at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -439,7 +442,8 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        slack_[lane] = clipped_[lane] ? 0 : found.slack;  // nothing is known about the rest of the block
+        // 0 for a block that lies only partly in the patch, because nothing is known about its other part
+        slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
     }

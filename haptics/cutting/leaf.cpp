@@ -15,7 +15,7 @@ namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses cut_kernel.h
+// This header is included last, because it uses the functions of cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {

@@ -1,5 +1,5 @@
-// Cuts the groups of samples that are listed in front of a head (CutFront). Most cuts change only listed groups.
-// Private to haptics/cutting.
+// Cuts the groups of samples in the lists of the active front (CutFront). Most cuts change only these samples. Private
+// to haptics/cutting.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
-// that are listed in front of a head.
+// of samples in the lists of the active front (haptics/cut_front.h).
 
 constexpr int kChunk = 128;  // number of groups that are processed together
 constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
@@ -242,7 +242,8 @@ struct HeadSides {
   }
 };
 
-/// Processes groups one by one. `beside`: true if some of their samples may have been deeper during the motion.
+/// Cuts the groups one by one. `beside`: true if some of their samples may have been deeper during the motion than at
+/// its end.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {

@@ -33,7 +33,7 @@ struct HeadPose {
   float R[9];  // rotation from V to T, column by column
 };
 
-/// A box of samples that a head cuts.
+/// A box of samples from which a head removes tissue.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;

@@ -1,5 +1,5 @@
-// This file is included after cut_kernel.h in namespaces with eight lanes. It reads and writes single rows of a block;
-// a row may lie only partly in the processed box.
+// This file is included after cut_kernel.h in namespaces with eight lanes. It reads and writes single rows of a block.
+// A row may lie only partly in the box of samples that is processed.
 
 /// A row with one sample per lane; only the samples from..to are processed.
 struct Row {

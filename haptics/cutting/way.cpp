@@ -281,7 +281,7 @@ struct WayBlock {
   float top, n[3], share;
   float bent;    // upper bound of the error when the centre's values are used for the other samples
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
-  unsigned set;  // the pieces that can be nearest to any sample on the path
+  unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
   bool emptied;
 
   /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre minus the bound
@@ -502,7 +502,7 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     glm::ivec3 begun[8];
     float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
     const auto note = [&](float* at, float slack) {
-      // only the last segment of the path determines at which path length a block is due
+      // Only the last segment of the path determines the path length at which a block must be examined again.
       if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;
@@ -543,8 +543,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
       }
       lanes = 0;
     };
-    // Omits blocks that are too far from the head on the whole path. If the head was cut out at the beginning of the
-    // path, also omits empty blocks and blocks from which the head recedes.
+    // Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
+    // beginning of the path, also omits empty blocks and blocks from which the head recedes.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);

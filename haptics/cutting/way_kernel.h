@@ -69,12 +69,13 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a direction towards this piece, computed
-/// without another square root. The direction is given by its components perpendicular to the axis and along it, both
-/// multiplied by rho.
+/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. It is
+/// computed without another square root. The direction is given by its component perpendicular to the axis and its
+/// component along the axis, both multiplied by the distance rho from the axis.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
+  /// component of the direction away from the nearest point of the piece, multiplied by the distance to that point and
+  /// by rho
   Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }

@@ -23,12 +23,13 @@ struct Arm {
   double La = 0, Lb = 0, Lc = 0;  // m, lengths of the links of a serial linkage
   std::array<double, 6> L{};      // m, lengths of the links of a five-bar linkage
   dvec3 origin{0};                // m, origin of the workspace in the frame of the base
-  dvec3 torque_constant{0};       // N·m/A, torque of each motor per current
+  dvec3 torque_constant{0};       // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F means that the stylus has no encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
   double current_limit = 3;  // A, largest current of a motor; the firmware of the boards has no limit
-  double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m; values for this arm
+  // force_limit: N; stiffness: N/m; damping: N·s/m; all are the values for this arm
+  double force_limit = 5, stiffness = 1000, damping = 0;
   double continuous_force = 0;  // N, force that the motors can give permanently without overheating
   double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
   double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms

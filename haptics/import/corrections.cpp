@@ -128,7 +128,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
     });
   } else {
     // Tissue may not be added in the outermost voxels of the box, because it would have no surface there.
-    constexpr double kWall = 3;  // width of this margin in voxels
+    constexpr double kWall = 3;  // voxels, width of this margin
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);

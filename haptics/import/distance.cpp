@@ -76,7 +76,8 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
 // parallel, and then features are passed across the borders between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
-  const int reach = static_cast<int>(band / step) + 2;  // number of samples across which features are passed
+  // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
+  const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = size_of(feature).x, slabs = (x_size + slab - 1) / slab;
   std::vector<std::vector<std::size_t>> seeds(static_cast<std::size_t>(slabs)), at_seam(seeds.size());

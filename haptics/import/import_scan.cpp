@@ -311,7 +311,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result has the same grid, segment() already computes the distances of the result.
+  // If the result has the same grid as the scan, segment() has already computed the distances of the result.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;

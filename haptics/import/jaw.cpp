@@ -148,7 +148,8 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 // brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
-  // Smallest contrast of a valley per voxel². It is a third of the contrast of a ligament that is one voxel wide.
+  // Smallest contrast of a dark valley between bright tissues, per voxel². It is a third of the contrast of a ligament
+  // that is one voxel wide.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);

@@ -36,7 +36,7 @@ double noise_of(const Grid<float>& scan);
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
-  Sparse<Tissue> tissue;  // labels inside the body and up to two samples outside
+  Sparse<Tissue> tissue;  // labels of the samples inside the body and up to two samples outside it
   JawReport report;       // facts about the labels; the centres of canals are in samples of the grid
 };
 

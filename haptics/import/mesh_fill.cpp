@@ -12,7 +12,7 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // a sample is inside if its winding number, in sixths, is at least this
+constexpr int kInside = 3;  // a sample is inside if its winding number, multiplied by six, is at least this
 
 /// Collects the triangles that have the outside on one of their sides. Triangles completely within the body (where
 /// parts of the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about

@@ -14,8 +14,8 @@ constexpr double kStep = 0.5;  // length in voxels of the steps along rays
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// The contacts of a part with its surroundings: for each material, the number of the part's voxel faces that have this
-// material on the other side.
+// The contacts of a part with the materials around it. For each material, the number of voxel faces of the part that
+// have this material on the other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };

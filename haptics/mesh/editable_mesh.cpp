@@ -92,7 +92,8 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Visits the faces around the vertex. If there is a border, it is visited in both directions from the first face.
+      // Visits the faces around the vertex. If the vertex is on a border, the faces are visited in both directions from
+      // the first face.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -154,7 +155,7 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// Functions of the grid over the faces
+// The following functions belong to the grid over the faces.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
   // Relative tolerance, as a fraction of the coordinates. It is larger than the rounding error of floats.

@@ -197,8 +197,9 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Reduces the teeth's force gradually after the head has lost contact. The slew limit may have left a part of this
-/// force, and this part must not end in a step. Without a snapshot the tissue is unknown, and the force ends at once.
+/// Reduces the force of the bur's teeth gradually after the head has lost contact. The slew limit may have left a
+/// residue of this force, which must not end in one step. Without a snapshot the tissue is unknown, and the force ends
+/// at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;

@@ -29,8 +29,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
     return std::min(over, beyond);  // the hand retreats
   }
-  // The implant model limits its force's changes itself, except for a drill that perforates the bone: its force falls
-  // as by older laws.
+  // The contact model "implant" limits the changes of its force itself. The exception is a drill that perforates the
+  // bone: its force falls as in older versions of the force laws.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;

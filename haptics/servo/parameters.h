@@ -76,7 +76,8 @@ struct LimitParameters {
   static constexpr double little_felt = 0.5;
   // s, time after which the coupling's force presses the teeth of such a hand, and time in which this force rises
   static constexpr double rest_time = 0.1;
-  // Factor on the spring's force change by a retreat, which is subtracted from the rise that the slew limit allows
+  // A retreat moves the proxy and so changes the force of the spring. This change, multiplied by this factor, is
+  // subtracted from the rise that the slew limit allows.
   static constexpr double retreat_weight = 3;
   // Factor on the spring's force change by the hand's displacement; the product is the largest change without a step.
   // Docs and tests count changes above 1.1 times that of the spring as steps (docs/passivity.md)

@@ -97,7 +97,7 @@ struct Servo::State {
     PerTissue tissue{};                   // fraction of each tissue under the head
     PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
     double normal_force = 0;              // N, normal force in the last tick
-    double head_force = 0;                // N, part of normal_force that acts on the head
+    double head_force = 0;  // N, the component of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
     // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
     dvec3 pressed{0};
@@ -111,7 +111,7 @@ struct Servo::State {
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
-    double rate = 0;  // m/s, smoothed rate of the depth
+    double rate = 0;  // m/s, smoothed rate at which the depth changes
     VelocityEstimator
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
     double last_depth = 0;  // m, depth in the last tick
@@ -133,7 +133,7 @@ struct Servo::State {
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
     dvec3 last_spindle_force{0};   // N, force of the spindle in the last tick
-    dvec3 last_teeth_force{0};     // N, part of last_spindle_force that the bur's teeth caused
+    dvec3 last_teeth_force{0};     // N, the component of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
     double teeth_energy = 0;       // J, energy that the teeth have given to the hand so far

@@ -199,7 +199,7 @@ class LoosePieces::KnownBlocks {
   struct Block {
     glm::ivec3 key{0};
     SolidBits bits{};
-    bool one_part = false;  // true if the bits are known to be connected
+    bool one_part = false;  // true if the samples of this block (its bits) are known to be connected
     // indices of the neighbouring blocks over the six faces; -1: not known yet
     int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
@@ -308,7 +308,7 @@ class LoosePieces::KnownBlocks {
   std::vector<Block> blocks_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
-  std::vector<Part> parts_;  // parts of this search, block by block
+  std::vector<Part> parts_;  // the connected parts of blocks that this search has found, block by block
   std::vector<Flood> floods_;
   int flood_count_ = 0;  // number of floods in use
   std::vector<int> roots_, live_;

@@ -90,7 +90,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool easing_ = false;  // true if the tool has just entered the bed and has not yet caught up with the hand
   std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tool's tip below the bed's entry
-  double entered_ = 0;   // m, value of tip_ when the tool entered the bed
+  double entered_ = 0;   // m, depth of the tool's tip at the time when the tool entered the bed
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;

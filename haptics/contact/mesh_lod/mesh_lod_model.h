@@ -90,9 +90,10 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;        // true if the contact point corresponds to the tool's present position
-  bool moved_freely_ = false;  // the servo has moved the free tool since the last tick; placed_ is then false
-  dvec3 hip_{0};               // m, position of the hand in the last tick ("haptic interface point")
+  bool placed_ = false;  // true if the contact point corresponds to the tool's present position
+  // true: the servo has moved the tool without contact since the last tick; placed_ is then false
+  bool moved_freely_ = false;
+  dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
   // m, vector from the contact point to its position before the last change of level or wall; fades to zero
   dvec3 offset_{0};
   bool eases_ = false;        // true if the bur has cut since it was last free; ease() then limits its force
@@ -109,7 +110,7 @@ class MeshLodModel final : public ContactModel {
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
-  dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
+  dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain
   bool cutting_ = false;  // true if the bur cut in the last tick
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick

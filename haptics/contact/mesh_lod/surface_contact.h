@@ -55,7 +55,8 @@ class SurfaceContact {
   /// Follows the hand's position `hip` (haptic interface point). `give`: if faces overlap the head, the tissue is
   /// treated as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre into the tissue; follow() with `give` then treats the overlap as removed.
+  /// Moves the centre into the tissue. If follow() is then called with `give` = true, it treats the overlapped tissue
+  /// as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
   /// Returns the distance from the tool at p to the surface, but at most `most`.

@@ -118,7 +118,7 @@ class TriangleGrid {
   std::vector<std::uint32_t> entries_;  // indices of the faces in each cell, cell by cell
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m, edge length of a cell
-  float inverse_ = 1e3f;  // 1/m, reciprocal of the edge length
+  float inverse_ = 1e3f;  // 1/m, reciprocal of the edge length of a cell
   glm::ivec3 cells_{0};
 };
 

@@ -337,8 +337,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 }
 
 /// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
-/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once. With two
-/// active planes the gain may only shorten the step. The component of the step towards the tissue is not changed.
+/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once: the step is
+/// multiplied by a gain. With two active planes, the gain is at most 1. The component of the step towards the tissue is
+/// not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -418,7 +419,8 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the smallest fraction wall_at() of all planes that hold the head, or 0 if no plane lies at a wall.
+/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of the
+/// power with which the head cuts at a wall of harder tissue. Returns 0 if no plane lies at a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {

@@ -25,7 +25,8 @@ constexpr double kAround = 1.8;
 constexpr double kGapsAround = 2;
 // first version of the force laws in which the gaps around a sphere become smaller when the sphere is cut
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// upper limit of the notes that wait for the next update of the field; with more notes, the field is updated at once
+// upper limit of the number of notes (balls of the tool that cut spheres) that wait for the next update of the field;
+// with more notes, the field is updated at once
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());

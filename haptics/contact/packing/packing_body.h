@@ -45,7 +45,7 @@ class PackingBody final : public TissueBody {
   struct Kept {
     int sphere;
     CutSphere state;   // the sphere before the stroke; after an undo: the sphere after the stroke
-    dvec3 last_noted;  // m, position of the tool's ball in the sphere's last note
+    dvec3 last_noted;  // m, position of the tool's ball in the last Note of this sphere
   };
   struct Stroke {
     std::vector<Kept> kept;
@@ -88,7 +88,7 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres changed since remember_writes(true)
-  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the sphere's last note
+  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the last Note of this sphere
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // number of brush strokes in the volume that the spheres already include
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot

@@ -389,7 +389,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, i, before.center(), before.radius());
     };
-    // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
+    // On a straight path, the near lists that were made for the tried cut contain all spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

@@ -122,7 +122,7 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // another node may now have a larger free sphere
+      // The free sphere of this node became smaller, so another node may now have a larger free sphere.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);

@@ -119,8 +119,9 @@ class SphereProxy {
     // m, upper bound of the displacement of the tool sphere since the list was made, plus the largest protrusion of
     // the tissue's spheres in every cut since then
     double moved = 0;
-    double protrudes = 0;  // m, largest protrusion that end_notes() adds to `moved`
-    double free = 0;       // m, distance to the nearest sphere when the list was made; negative if it overlaps
+    // m, largest distance by which a cut sphere protrudes from its previous state; end_notes() adds it to `moved`
+    double protrudes = 0;
+    double free = 0;  // m, distance to the nearest sphere when the list was made; negative if it overlaps
     // m, distance by which near_here() may enlarge the tool sphere without a new list; negative: the list is too short
     double wider = 0;
     std::size_t count = 0;

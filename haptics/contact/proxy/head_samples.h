@@ -15,7 +15,8 @@ struct FlatPiece {
   float nx, nz;          // outward normal of the piece if it is a line
 };
 
-/// Result of one contact search.
+/// Result of one contact search. `count`: number of contacts. `deepest`: voxels, largest overlap. `area`: contact area,
+/// voxels². `area_x`, `area_y`, `area_z`: sum of area times outward normal of the tissue, voxels².
 struct Found {
   int count;
   float deepest;

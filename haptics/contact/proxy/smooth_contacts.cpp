@@ -53,7 +53,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
-  // Sphere tracing along the shank's axis: each step is as long as the field shows free space.
+  // Sphere tracing along the shank's axis: each step is as long as the distance to the tissue that the field states.
   const SurfacePatch& wide = patch.wide.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;

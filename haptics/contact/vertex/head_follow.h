@@ -93,8 +93,9 @@ class HeadFollower {
                 bool give) noexcept;
 
   HeadDistances& distances_;
-  std::vector<StepBound> bounds_;      // bounds of the last iteration
-  std::vector<std::uint32_t> points_;  // for each bound: index of its point
+  std::vector<StepBound> bounds_;  // bounds of the last iteration
+  // for each bound on the head's motion: index of the contact point that causes the bound
+  std::vector<std::uint32_t> points_;
   ActivePlanes active_;
   bool led_out_ = false;
 };

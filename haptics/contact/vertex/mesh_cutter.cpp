@@ -49,8 +49,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 
 constexpr std::size_t kBatch = 8;
 
-/// Finds the bounding balls that overlap the ball with centre p and radius r. Writes their indices to `at` and returns
-/// their number.
+/// Finds the bounding balls of faces that overlap the ball with centre p and radius r. Writes their indices to `at` and
+/// returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, std::uint32_t* at) {

@@ -139,7 +139,7 @@ class MeshCutter {
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_
-  // indices of near_: faces whose bounding balls overlap the ball of the face under test
+  // indices into near_ of the faces whose bounding balls overlap the bounding ball of the face that is being tested
   std::vector<std::uint32_t> overlapping_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;

@@ -55,7 +55,8 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  // m; radius_: largest radius; reach_: distance to the farthest point; half_: half the length
+  // m; radius_: largest radius of the head; reach_: distance from the origin to its farthest point; half_: half its
+  // length
   double radius_, reach_, half_;
 };
 

@@ -341,7 +341,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = samples_[i];
     const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // old position of the vertex minus its target position
+    // vector from the target position of the vertex to its old position
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
