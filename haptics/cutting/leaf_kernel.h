@@ -1,7 +1,8 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
 // It raises the samples of one leaf of the tissue to their depth in a ball.
 
-/// Terms of the samples' distance that are the same in every plane of constant x. The index is y, then z.
+/// Terms of a sample's distance from the ball that are the same in every plane of constant x. The array index is 8 y +
+/// z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
@@ -48,7 +49,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
       store(distance, now);
       raised |= rises;
       emptied |= more(zero, old) & no_less(now, zero);
-      // After the head has been at its deepest position at a sample, the sample cannot change any more.
+      // If the head has already been at its deepest position relative to a sample, the sample cannot change any more.
       least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
     }
   }

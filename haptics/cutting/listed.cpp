@@ -19,7 +19,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -42,7 +42,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -88,7 +88,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {

@@ -1,7 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the depths of samples. Samples that do not change (see Straight::still_above) count as far outside the head.
+/// Returns the depths of samples. Samples that a motion along the axis does not change (see Straight::still_above) get
+/// a depth far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
