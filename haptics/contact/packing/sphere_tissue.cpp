@@ -8,10 +8,11 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Limit of a cosine. A cut continues the previous cut of the sphere if its direction differs by less than 60°.
+/// Lower limit of the cosine of the angle between the directions of two cuts of a sphere. If the angle is less than
+/// 60°, the second cut continues the first one.
 constexpr double kSameSide = 0.5;
-/// Smallest radius of a sphere, as a fraction of its base's radius. A smaller sphere is removed, because a contact with
-/// it could not be felt.
+/// Smallest radius of a cut sphere, as a fraction of its radius before the cut. A smaller sphere is removed, because
+/// its contact could not be felt.
 constexpr double kLeast = 1e-3;
 constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
 
@@ -74,7 +75,8 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut starts: the present sphere becomes its base, from which the ball removes tissue.
+    // A new cut starts: the present state of the sphere becomes the base of this cut, from which the ball removes
+    // tissue.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -94,7 +96,8 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                                    std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
+  // index of a sphere in the leaf of the tree whose boxes are not updated yet; -1: there is no such leaf
+  int unmended = -1;
   for (std::size_t k = 0; k < found; ++k) {
     const int i = changed[k];
     CutSphere s = sphere(i);

@@ -26,7 +26,8 @@ struct Removed {
 
 class TriedCut;
 
-/// Used by one thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
+/// The tissue as spheres, with their search tree. Used by one thread at a time. Built at set-up; cut() and set() are
+/// noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
@@ -71,8 +72,8 @@ class SphereTissue {
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(number, sphere before) for
-  /// every change, and ends_ball() after the changes by one of the tool's spheres.
+  /// Applies the last cut that `tried` computed to the tissue, with the same bits as carve(). Calls changes(number,
+  /// sphere before) for every change, and ends_ball() after the changes by one of the tool's spheres.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
@@ -111,7 +112,7 @@ class TriedCut {
     steps_.clear();
     complete_ = true;
   }
-  /// True if SphereTissue::make() can make the cut: its changes were few enough to be stored.
+  /// True if SphereTissue::make() can apply this cut, because all its changes were stored.
   bool complete() const noexcept { return complete_; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
@@ -122,7 +123,7 @@ class TriedCut {
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
     int sphere;
-    bool first;    // the first change by one of the tool's spheres
+    bool first;    // true for the first change that a tool sphere causes
     double taken;  // m³, removed volume
     CutSphere after;
   };
@@ -135,7 +136,8 @@ class TriedCut {
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  int unmended = -1;  // a sphere in the leaf whose boxes are not updated yet
+  // index of a sphere in the leaf of the tree whose boxes are not updated yet; -1: there is no such leaf
+  int unmended = -1;
   for (const TriedCut::Step& step : tried.steps_) {
     const int i = step.sphere;
     if (step.first) ends_ball();

@@ -41,8 +41,8 @@ class SphereTree {
     put(i, center, radius);
     mend_above(i);
   }
-  /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
-  /// before the next search.
+  /// Sets position and radius of a sphere as set() does, but does not update the boxes of the nodes. The caller calls
+  /// mend_above() for one sphere of every changed leaf before the next search.
   void put(int i, const dvec3& center, double radius) noexcept;
   /// Returns true if two spheres are in the same leaf of the tree.
   bool share_leaf(int i, int j) const noexcept {
@@ -64,7 +64,7 @@ class SphereTree {
   /// written.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
-  /// Returns true if near_segment() would find sphere i.
+  /// Returns true if near_segment() with the same arguments finds sphere i.
   bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Returns the rank of sphere i; near_segment() sorts its result by rank.
   std::uint32_t rank(int i) const noexcept {
@@ -96,7 +96,8 @@ class SphereTree {
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
-  /// Boxes of the eight children, relative to origin_ and rounded outward. A box with lo > hi is empty.
+  /// A node of the tree: the boxes of its eight children, relative to origin_ and rounded outward. A box with lo > hi
+  /// is empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
   };
@@ -109,7 +110,7 @@ class SphereTree {
 
   dvec3 origin_{0};
   double slack_ = 0;          // m, margin of the boxes; larger than all rounding errors of single precision
-  std::vector<int> id_of_;    // for each slot: index of its sphere, or -1; slot = leaf · 8 + lane
+  std::vector<int> id_of_;    // for each slot (place in a leaf): index of its sphere, or -1; slot = leaf · 8 + lane
   std::vector<int> slot_of_;  // for each sphere: index of its slot
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;         // all nodes, level by level: the level above the leaves first, the root last

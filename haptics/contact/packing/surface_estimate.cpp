@@ -31,8 +31,8 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
 
 namespace {
 
-/// near(t, c, r) must write the tissue's spheres within the distance r of c, the centre of tool sphere t, to `scratch`,
-/// in the tree's order, and return their number.
+/// Computes the estimate. near(t, c, r) must write the indices of the tissue's spheres within the distance r of c, the
+/// centre of tool sphere t, to `scratch`, in the tree's order, and return their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                           double epsilon, const PerTissue& density, std::span<int> scratch, Near&& near) noexcept {
