@@ -21,6 +21,7 @@ struct ContactInput {
   Pose X_WT;               // pose of the tool at the hand
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
+  bool jumped = false;     // the hand moved faster than a human hand can: its pose has jumped in this tick
   double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
 
   // Contact force and normal of the last tick.

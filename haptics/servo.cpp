@@ -129,8 +129,8 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   }
   now.moved = now.X_WT.p - motion.last_hand.p;
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
-  const bool leaps = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
-  motion.leap = std::max(0.0, (leaps ? P::leap_time : motion.leap) - now.dt);
+  now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
+  motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
   if (motion.idle) return;  // the hand felt no force, so no energy was exchanged
   // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
   // during the tick.
@@ -210,6 +210,7 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.X_WT = now.X_WT;
   in.X_WG = motion.X_WG;
   in.moved = now.moved;
+  in.jumped = now.jumped;
   in.pedal = now.out.pedal;
   in.normal_force = coupling.normal_force;
   in.normal = coupling.normal;

@@ -41,6 +41,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
+/// returning from the plane that replaced a missing patch.
 /// - 8: A drilling tool that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
@@ -55,7 +57,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
 /// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 8;
+inline constexpr std::uint32_t kServoLaws = 9;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

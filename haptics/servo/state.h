@@ -28,6 +28,7 @@ struct TickData {
   dvec3 moved{0};            // m, displacement of the hand since the last tick
   dvec3 turned{0};           // rad, rotation of the hand since the last tick
   double given_to_hand = 0;  // J, energy that the device gave the hand since the last tick
+  bool jumped = false;       // the hand moved faster than hand_speed_limit since the last tick
 };
 
 /// Additional data of a tick in which the tool may touch something.

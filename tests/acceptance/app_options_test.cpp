@@ -94,6 +94,15 @@ TEST_F(Options, AnOptionWithoutEffectIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x"));
 }
 
+TEST_F(Options, AnOptionForAFolderRefusesTheNameOfAFile) {
+  folder.write("taken", "text");
+  refuse("render {}/scene.json --out {}/tooth.png",
+         HasSubstr("--out: found \"tooth.png\", expected the name of a folder"));
+  refuse("render {}/scene.json --out {}/taken", HasSubstr("found the file \"taken\", expected the name of a folder"));
+  refuse("demo --out {}/demo.mp4", HasSubstr("found \"demo.mp4\", expected the name of a folder"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "tooth.png"));
+}
+
 TEST_F(Options, MessagesBeginWithTheNameOfTheOption) {
   refuse("render {}/scene.json --out {}/x --size 3x", HasSubstr("error: --size: found \"3x\""));
 }

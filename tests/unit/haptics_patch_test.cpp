@@ -349,5 +349,22 @@ TEST(SurfacePatch, ACubicQueryReproducesACubicAndAConstantHasZeroGradient) {
   for (int axis = 1; axis < 4; ++axis) EXPECT_NEAR(constant[static_cast<std::size_t>(axis)], 0, 1e-13);
 }
 
+TEST(MissingPatch, AHandThatJumpsThroughASheetAgainAndAgainIsPulledBackByTheFullForceEachTime) {
+  const haptics::ServoSettings settings = test::probe_settings("offset");
+  test::HapticBench bench(
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 1]}}}]})", settings);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> anywhere(-1e-3, 1e-3);
+  for (int k = 0; k < 20; ++k) {
+    const dvec3 above(anywhere(random), anywhere(random), 3e-3);
+    for (int i = 0; i < 3; ++i) bench.tick({dvec3(0, 0, 0.2)});
+    for (int i = 0; i < 20; ++i) bench.tick({above});
+    const dvec3 below = above - dvec3(0, 0, 20e-3);
+    for (int i = 0; i < 100; ++i) bench.tick({below});
+    EXPECT_NEAR(bench.last.X_WG.p.z, 0.5e-3 + 0.6e-3, 1e-6) << k;
+    EXPECT_NEAR(bench.last.f_T_W.z, settings.stiffness * (1.1e-3 + 17e-3), 0.1) << k;
+  }
+}
+
 }  // namespace
 }  // namespace typodont

@@ -27,10 +27,11 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.7, 5.8, 19.0], "b_mm": [6.8, 5.8, 16.4], "radius_mm": 0.75}}},
   {"tissue": "caries", "solid": {"sphere": {"center_mm": [6.8, 5.8, 16.5], "radius_mm": 1.15}}},
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
-constexpr double kRate = 1000;          // Hz
-constexpr double kSpring = 1.1 * 1000;  // N/m: a spring of 1 N/mm, with a tolerance for the damper
-constexpr double kSeconds = 2.5;        // s, duration of a random hand
-constexpr std::size_t kFreeTicks = 30;  // a contact after so many free ticks is a new touch
+constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws in which drills land with steps
+constexpr double kRate = 1000;                   // Hz
+constexpr double kSpring = 1.1 * 1000;           // N/m: a spring of 1 N/mm, with a tolerance for the damper
+constexpr double kSeconds = 2.5;                 // s, duration of a random hand
+constexpr std::size_t kFreeTicks = 30;           // a contact after so many free ticks is a new touch
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
   return parse_scene(
@@ -172,7 +173,7 @@ std::vector<BenchRow> bench_push(const BenchRun& run) {
   const std::vector<std::string> tools = turning_tools();
   const haptics::TissueVolume tissue = pushed_tissue();
   std::vector<BenchRow> rows;
-  for (const std::uint32_t laws : {kServoLaws - 1, kServoLaws}) {
+  for (const std::uint32_t laws : {kLawsBeforeLanding, kServoLaws}) {
     const auto results = simulate_all(run.quick ? 24 : 2000, laws, tools, tissue);
     if (!run.quick) push_rows(std::span(results).first(480), laws, tools.size(), rows);
     push_rows(results, laws, tools.size(), rows);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -60,6 +61,12 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
+/// All kinds of files that have an extension of their own.
+constexpr std::array kKindsWithEnding{FileKind::kSession, FileKind::kVolume, FileKind::kPicture, FileKind::kGreyPicture,
+                                      FileKind::kSound,   FileKind::kFilm,   FileKind::kPage,    FileKind::kDrawing,
+                                      FileKind::kJson,    FileKind::kTable,  FileKind::kPly,     FileKind::kStl,
+                                      FileKind::kObj,     FileKind::kLabels, FileKind::kDocument};
+
 /// Makes every numeric option of `app` and of its commands refuse "nan" and "inf". A range check accepts "nan", and
 /// "inf" could cause endless work.
 void take_finite_numbers_only(CLI::App& app) {
@@ -101,6 +108,22 @@ Check writes(std::initializer_list<FileKind> kinds, Over over) {
         } catch (const Error& e) {
           return e.what();
         }
+        return {};
+      },
+      "", ""));
+}
+
+Check writes_folder() {
+  return check_of(CLI::Validator(
+      [](std::string& name) -> std::string {
+        const std::filesystem::path folder = name;
+        std::error_code none;
+        if (std::filesystem::is_directory(folder, none)) return {};
+        const auto found = [&](std::string_view what) {
+          return fmt::format("found {}\"{}\", expected the name of a folder", what, shown(folder.filename().string()));
+        };
+        if (std::filesystem::exists(folder, none)) return found("the file ");
+        if (kind_of_name(folder, kKindsWithEnding) != FileKind::kText) return found("");
         return {};
       },
       "", ""));

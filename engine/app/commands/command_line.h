@@ -41,6 +41,9 @@ Check existing_file();
 /// may have any name), and the folder must be writable. `over` says if an existing file may be overwritten
 /// (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
+/// Accepts the name of a folder for results. The name must not be that of an existing file, nor end like the name of a
+/// file (for example ".png").
+Check writes_folder();
 
 class Option {
  public:

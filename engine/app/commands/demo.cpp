@@ -20,7 +20,7 @@ void add_demo_command(cli::Command& app) {
   cli::Command* command =
       app.add_command("demo", "A demonstration: a scripted hand removes the caries of a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
-  command->add_option("--out", options->out, "folder for the results")->show_default();
+  command->add_option("--out", options->out, "folder for the results")->show_default()->check(cli::writes_folder());
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--size", *size, "WIDTHxHEIGHT of one eye's picture; where not given the rig's (full HD)");

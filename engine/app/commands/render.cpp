@@ -370,7 +370,9 @@ void add_render_command(cli::Command& app) {
       ->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
   command->add_option("--magnify", options->magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
-  command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
+  command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")
+      ->required()
+      ->check(cli::writes_folder());
   command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
       ->check(cli::one_of({"left", "right", "both"}))

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace typodont::haptics::offset {
 
@@ -128,6 +129,8 @@ struct RecoveryParameters {
   static constexpr double bridge_time_of_laws_1 = 0.5;
   // s, time in which the proxy returns from the bridging plane to the surface
   static constexpr double rejoin_time = 0.3;
+  // first version of the force laws in which a jump of the hand's pose ends this return
+  static constexpr std::uint32_t laws_of_jumps = 9;
 };
 
 /// Conditions for the retreat. If the hand has moved away but contacts hold the proxy, the proxy is led back along its

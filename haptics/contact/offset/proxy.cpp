@@ -70,6 +70,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
   s.overlap_before = overlap_;
+  if (in.jumped && settings_.laws >= R::laws_of_jumps) rejoining_ = 0;
   if (overlap_ > 0) overlap_ *= std::exp(-in.dt / R::recovery_time);
   s.pace_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
   if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
