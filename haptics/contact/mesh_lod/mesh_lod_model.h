@@ -19,8 +19,8 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// Returns the new level among `count` levels; 0 is the finest. `way`: displacement of the hand in this tick, m;
-  /// `dt`: duration of the tick, s.
+  /// Returns the level for this tick among `count` levels; 0 is the finest. `way`: m, displacement of the hand in this
+  /// tick; `dt`: s, duration of the tick.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
@@ -76,7 +76,7 @@ class MeshLodModel final : public ContactModel {
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
-  /// Chooses the level for this tick. Returns true if the level changed.
+  /// Chooses the level of detail for this tick. Returns true if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
@@ -96,15 +96,16 @@ class MeshLodModel final : public ContactModel {
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
   // m, vector from the contact point to its position before the last change of level or wall; fades to zero
   dvec3 offset_{0};
-  bool eases_ = false;        // true if the bur has cut since it was last free; ease() then limits its force
-  dvec3 last_lag_{0};         // m, vector from the hand to the tool position that was returned in the last tick
+  bool eases_ = false;  // true if the bur has cut since it was last free; ease() then limits its force
+  // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
+  dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   // Normal of the wall that stops the tool. After the tool has left the wall, the normal is kept until offset_ has
   // faded.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // Data that is stored for each cut.
+  // Data that is stored for each cut of the servo.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut

@@ -45,7 +45,8 @@ inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) 
   return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
 }
 
-/// Built at set-up or by the carver; the servo only reads it. Queries never allocate memory.
+/// The faces of one mesh in a uniform grid. Built at set-up or by the carver; the servo only reads it. Queries never
+/// allocate memory.
 class TriangleGrid {
  public:
   TriangleGrid() = default;

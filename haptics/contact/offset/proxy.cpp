@@ -30,10 +30,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns the largest allowed distance between the proxy's new position and start + `shift`, where a rigid connection
-/// to the hand would move the proxy. The result is `pace`, or slightly more than the smallest distance that the
-/// positions along `step` have from that point, whichever is larger. So a head that is stuck in its hole can sink even
-/// while the hand moves fast sideways.
+/// Returns the largest allowed distance between the proxy's new position and the point start + `shift`, to which a
+/// rigid connection to the hand would move the proxy. Usually this is `pace`. If all positions along `step` are farther
+/// from that point, the result is slightly more than the smallest of their distances. So a head that is stuck in its
+/// hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -61,7 +61,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  // Two separate assignments: a chained assignment would read the first value back from memory and wait for the store.
+  // These are two separate assignments, because a chained assignment would read the first value back from memory and
+  // wait for the store.
   s.fall_normal = dvec3(0);
   s.held_off = dvec3(0);
   s.active.count = 0;
@@ -191,8 +192,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // If no single position shows all walls as contacts, the search may alternate between two positions for ever. So
-      // reversed long steps are counted.
+      // In a narrow cavity, no single position may show all walls as contacts. The search could then alternate between
+      // two positions for ever. So reversed long steps are counted.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -201,7 +202,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the speed limit is reached; the next tick continues from here
+    if (s.at_pace) {  // the speed limit is reached, so the search ends; the next tick continues from this position
       p.touching = !comes_free;
       break;
     }
@@ -270,7 +271,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Searches the contacts of the head, the shank and the safe end at the centre c.
+/// Searches the contacts of the head, the shank and the safe end, with the head's centre at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -378,8 +379,8 @@ double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// Returns true if the ball placed on the wall overlaps the planes that hold it by less than a tolerance. The tolerance
-/// is smaller for a plane of another wall.
+/// Checks the position of a ball that was computed from a single wall. Returns true if the ball overlaps the planes
+/// that hold it by less than a tolerance. The tolerance is smaller for a plane of another wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -488,7 +489,7 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy then follows the hand at a limited speed
+  rejoining_ = RecoveryParameters::rejoin_time;  // s; during this time, the proxy follows the hand at a limited speed
   breaking_through_ = true;
   return true;
 }

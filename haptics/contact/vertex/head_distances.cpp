@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t kBatch = 8;
 typedef long long L8 __attribute__((vector_size(64), aligned(8), may_alias));
 
-/// Arrays with the positions of points relative to the head, and with the results.
+/// Arrays for eight points at a time: their positions relative to the head (input), and their distances from it with
+/// the gradients (results).
 struct Columns {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
@@ -124,7 +125,7 @@ void HeadDistances::find(const VertexHead& head, const mesh::NearPoints& points,
     x_[count] = off.x, y_[count] = off.y, z_[count] = off.z;
     ++count;
   }
-  // The last batch reads positions beyond the last point, so these must contain valid numbers.
+  // The last batch of eight points reads positions beyond the last point, so these must contain valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Columns columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

@@ -17,8 +17,8 @@ class HeadDistances {
   /// `most`: largest number of points in one call.
   explicit HeadDistances(std::size_t most);
 
-  /// Evaluates the listed points for a head at X_WG, and keeps the points that are at most `far` metres from the head,
-  /// in the same order.
+  /// Computes the distances of the listed points from a head at the pose X_WG. Keeps the points that are at most `far`
+  /// metres from the head, in the same order. `listed`: indices of the points in `points`.
   void find(const VertexHead& head, const mesh::NearPoints& points, std::span<const std::uint32_t> listed,
             const Pose& X_WG, double far) noexcept;
 

@@ -23,8 +23,8 @@ namespace {
 
 // m, upper bound of the rounding error of the bounding balls, which are stored as floats
 constexpr double kRounding = 1e-6;
-// Upper limit of the rounds in which vertices are moved back. If the mesh is still not valid, the whole step is
-// cancelled.
+// Upper limit of the number of rounds in which vertices are moved back to make the mesh valid. If the mesh is still not
+// valid then, the whole step is cancelled.
 constexpr int kMostRounds = 8;
 // Limit of the cosine between a face's normal and the direction from the head's centre. Above it, the face may be on
 // the far side of a thin wall.
@@ -67,7 +67,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes results of unused lanes in the last batch.
+  // Removes the results that belong to unused lanes of the last batch of vector operations.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
@@ -108,7 +108,7 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
 /// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
 /// search grid. Uses a radix sort, because a comparison sort would take a third of the time of a cut.
 void MeshCutter::sort_near() noexcept {
-  constexpr int kDigit = 9;  // bits per pass
+  constexpr int kDigit = 9;  // number of bits of the index by which one pass of the radix sort sorts
   constexpr Index kMask = (1u << kDigit) - 1;
   sorted_.resize(near_.size());
   const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
@@ -133,7 +133,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > most) most = e2, longest = i;
     }
-    // Edges on an open border do not change, and neither do edges that end at the border.
+    // Edges on an open border of the mesh are not split, and neither are edges that end at the border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -158,15 +158,15 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in the list twice: once because it is near the head, and once as a neighbour of a split edge. Removes
-  // duplicates.
+  // A face may be in the list of near faces twice: once because it is near the head, and once as a neighbour of a split
+  // edge. Removes duplicates.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
 }
 
-/// Computes the target of a vertex inside the head. In general, the vertex moves in the direction `n` out of the head,
-/// into the solid. If it would move outward through a face around the vertex, the outward component of the direction is
-/// removed.
+/// Computes the target position of a vertex inside the head. In general, the vertex moves in the direction `n` out of
+/// the head, into the solid. If it would move outward through a face around the vertex, the outward component of the
+/// direction is removed.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
@@ -246,7 +246,8 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
   }
 }
 
-/// Moves the vertices of a face back to their old positions. Returns false if none of them had moved.
+/// Moves the vertices of face f back to the positions that they had before the step. Returns false if none of them had
+/// moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -280,7 +281,7 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
-/// Copies the bounding balls of the faces near the head into arrays.
+/// Copies the bounding balls of the faces near the head into arrays, for the vectorised search of overlapping balls.
 void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   const std::size_t count = near_.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -332,7 +333,8 @@ void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, do
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
       const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
       if (cosine < most) continue;
-      // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
+      // Moved vertices are on the head or near it. So an unchanged face can intersect a changed face only if it is near
+      // the head.
       const bool changed = is_affected(f);
       const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
       if (!head.head.may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;

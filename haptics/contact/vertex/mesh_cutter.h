@@ -20,7 +20,7 @@ struct CutParameters {
   // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shortest edge; a shorter edge is collapsed
-  // Length of one step of the head. It is so short that no face rotates far in one step.
+  // Longest step of the head. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
   // Largest displacement of a vertex in one step. A vertex that would move farther belongs to another wall, and does
   // not move.
@@ -30,7 +30,8 @@ struct CutParameters {
   // Exception for faces that end parallel to the head: if the cosine between the face's normal and the reversed normal
   // of the head is above this limit, the face may rotate farther.
   static constexpr double faces_head = 0.3;
-  // limit of the cosine between the normals of two faces at one vertex; above it, they are not tested for intersection
+  // limit of the cosine between the normals of two faces that share a vertex; above it, the faces are not tested for
+  // intersection
   static constexpr double same_way = 0.6;
   // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
@@ -55,7 +56,7 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
-/// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
+/// Cuts meshes. Memory is allocated only in the constructor. Equal input gives equal results.
 class MeshCutter {
  public:
   MeshCutter() = default;
@@ -66,8 +67,8 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
-  /// split or repaired.
+  /// Cuts with the algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis.
+  /// No face is split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -133,7 +134,7 @@ class MeshCutter {
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
-  std::vector<std::uint32_t> place_of_;  // for a visited vertex that moves: its index in moved_
+  std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
   // for each vertex: number of the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;

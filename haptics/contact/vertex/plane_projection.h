@@ -7,7 +7,7 @@
 
 namespace typodont::haptics::vertex {
 
-/// A linear bound on a step of the head: n·step >= -gap.
+/// A linear bound on a step (displacement) of the head, which a contact point gives: n·step >= -gap.
 struct StepBound {
   dvec3 n;     // unit direction in which the point pushes the head
   double gap;  // m, distance between point and head; negative if they overlap

@@ -29,7 +29,7 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
 /// Returns the number of parts into which the edges of a face are divided. A part is not longer than the longest edge
 /// that a cut would leave unsplit.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // The bounding ball shows quickly that a small face needs no division.
+  // A quick test: if the bounding ball of the face is small, the face needs no division.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -136,8 +136,8 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   keep_within(head, X, margin, vertices);
 }
 
-/// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
-/// because such points were not added to its list.
+/// Removes listed points that are farther than `margin` from the head, starting at index `first`. Does nothing for a
+/// ball, because such points were not added to its list.
 void VertexModel::keep_within(const VertexHead& head, const Pose& X, double margin, std::size_t first) noexcept {
   if (head.is_ball() || first == samples_.size()) return;
   candidates_.clear();
@@ -162,7 +162,7 @@ double VertexModel::moved_since_listing(const Pose& X) const noexcept {
   return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid.
+/// Lists the contact points near the head at the pose X, unless the present list is still valid.
 void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -231,7 +231,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const double depth = sample.area * d;  // m³, area × depth; negative
+    // m³, area × signed distance; negative, because the vertex is inside the head
+    const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     // The forces on a ball all pass through its centre, so they give no torque.
@@ -246,8 +247,9 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the rate of change of the force for a bur that loses contact far from the hand, or that continues where the
-/// mesh could not yield. The force then changes only slightly faster than the motion of the hand changes it.
+/// Returns the force after a limit of its rate of change. The limit applies to a bur that loses contact far from the
+/// hand, or that continues where the mesh could not yield. The force then changes only slightly faster than the motion
+/// of the hand changes it.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -259,8 +261,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Sets the result: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1, 4.4, 4.5).
-/// The damper acts along the force and never pulls.
+/// Writes the result to `out`: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1,
+/// 4.4, 4.5). The damper acts along the force and never pulls.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -290,8 +292,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // With zero slack, a head with a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because
-  // the mesh could not yield, this tissue only prevents a deeper overlap.
+  // The slack is the allowed overlap. With zero slack, a head with a rim could not re-enter the hole that it has cut.
+  // If a bur overlaps tissue because the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
     list_where_needed({p, in.X_WT.R});
@@ -318,7 +320,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// Without contact: lets the force of the last contact fade, if a bur caused it.
+/// Called without contact: lets the force of the last contact decrease to zero, if a bur caused it.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -331,7 +333,8 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The algorithm as printed in paper S4: the head is at the hand, and each vertex inside the head pushes back.
+/// Computes the contact with the algorithm as printed in paper S4: the head is at the hand's pose, and each vertex
+/// inside the head pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
