@@ -131,7 +131,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // the hand felt no force, so no energy was exchanged
+  if (motion.idle) return;  // the hand felt no force in the last tick, so no energy was exchanged
   // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
   // during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
@@ -170,8 +170,8 @@ bool Servo::State::move_free(TickData& now) noexcept {
     return false;
   }
   const double way = glm::length(now.X_WT.p - m.X_WG.p), least = settings.frame.voxel;
-  // The tool may move freely within m.room. Each tick reduces it by the motion of the hand. Only when it is used up,
-  // the model computes a new clearance.
+  // A tool without contact may move by m.room before it can touch anything. Each tick reduces m.room by the motion of
+  // the hand. When it is used up, the model computes a new clearance.
   if (!(m.room > least && way <= m.room)) {
     m.room = model->clearance({m.X_WG.p, now.X_WT.R});
     if (!(m.room > least && way <= m.room)) return false;
@@ -276,7 +276,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  // the tool also touches hard tissue, which is reported instead of soft tissue
+  // If the tool also touches hard tissue, the tick reports the hard tissue instead of the soft tissue.
   if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
