@@ -1,10 +1,12 @@
 // typodont bench as typed: rows, CSV and page.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "engine/app/bench/models_page.h"
+#include "engine/app/bench/page_text.h"
 #include "engine/app/bench/performance_page.h"
 #include "engine/app/bench/stress_page.h"
 #include "engine/base/json.h"
@@ -89,6 +91,21 @@ TEST(StressPage, AModelThatLosesTheHandFallsAndOneWithOtherDefectsIsFlawed) {
   EXPECT_EQ(cells[1].worst, "step: 3 N");
   EXPECT_EQ(cells[2].survival, Survival::kFell);
   EXPECT_EQ(cells[2].worst, "escaped: 2 N");
+}
+
+TEST(PageText, TextIsBrokenAt120CharactersAndTablesHeadingsPicturesAndCodeStay) {
+  std::string sentence = "µm words";
+  for (int i = 0; i < 29; ++i) sentence.append(" µm words");
+  const std::string kept = fmt::format("# {0}\n| {0} |\n![{0}](a.svg)\n```\n{0}\n```\nshort\n\nend", sentence);
+  EXPECT_EQ(wrapped(kept), kept);
+  const std::string item = fmt::format("- {}\n", sentence);
+  const std::string broken = wrapped(item);
+  // The 13 pairs of words after "- " have 116 characters, although "µ" has two bytes.
+  EXPECT_EQ(broken.find('\n'), 2 + 13 * std::string("µm words ").size() - 1);
+  EXPECT_EQ(broken.substr(broken.find('\n')).substr(0, 5), "\n  µ");
+  std::string joined = broken;
+  for (std::size_t at; (at = joined.find("\n  ")) != std::string::npos;) joined.erase(at, 2);
+  EXPECT_EQ(joined, item);
 }
 
 TEST(PerformancePage, FitsTheExponentOfAKnownPowerLaw) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/app/bench/page_text.h"
 #include "engine/app/bench/plot.h"
 #include "engine/base/error.h"
 #include "engine/base/file_kind.h"
@@ -412,7 +413,7 @@ page does not show.
     page += fmt::format("\n## {}\n\n{}\n\n", tabled.question.title, tabled.question.text);
     page += table_of(figures, tabled.question, tabled.cell);
   }
-  write_file_atomically(file, page);
+  write_file_atomically(file, wrapped(page));
 }
 
 }  // namespace typodont

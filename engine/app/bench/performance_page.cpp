@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "engine/app/bench/page_text.h"
 #include "engine/app/bench/plot.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -138,7 +139,7 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
     }
     page += m.part->table ? m.part->table(m.rows) : table(m.rows);
   }
-  write_file_atomically(file, page);
+  write_file_atomically(file, wrapped(page));
 }
 
 }  // namespace typodont

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "engine/app/bench/page_text.h"
 #include "engine/base/error.h"
 #include "engine/base/file_kind.h"
 #include "engine/base/json.h"
@@ -59,15 +60,10 @@ constexpr Campaign kCampaigns[] = {
 struct Cause {
   std::string_view campaign, model, why;
 };
-constexpr std::string_view kUnpaidLeap =
-    "The proxy stays above the sheet, but the hand did no work against the force during the jump. The passivity "
-    "controller therefore removes the force while the hand rests";
 constexpr std::string_view kFissures =
     "In the campaign \"fast probe\", this contact model generates energy only on the dental arch, with forces of 0.06 "
     "N, because a scripted hand changes its direction at the fissures faster than the passivity controller predicts";
 constexpr Cause kCauses[] = {
-    {"thin wall", "offset", kUnpaidLeap},
-    {"thin wall", "implant", kUnpaidLeap},
     {"fast probe", "offset", kFissures},
     {"fast probe", "implant", kFissures},
     {"thin wall", "voxel_penalty",
@@ -222,7 +218,7 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
     }
     page += "\n";
   }
-  write_file_atomically(file, page);
+  write_file_atomically(file, wrapped(page));
 }
 
 }  // namespace typodont

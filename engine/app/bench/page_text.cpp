@@ -1,0 +1,54 @@
+#include "engine/app/bench/page_text.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace typodont {
+namespace {
+
+constexpr std::size_t kWidth = 120;  // characters, longest line of a page
+
+/// Number of characters of a text in UTF-8.
+std::size_t characters(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+std::string wrapped_line(std::string_view line) {
+  const std::string_view indent = line.starts_with("- ") ? "  " : "";
+  std::string out;
+  std::size_t width = 0;
+  while (!line.empty()) {
+    const std::size_t end = std::min(line.find(' '), line.size());
+    const std::string_view word = line.substr(0, end);
+    const std::size_t length = characters(word);
+    if (width > 0 && width + 1 + length > kWidth) {
+      out += '\n', out += indent;
+      width = indent.size();
+    } else if (width > 0) {
+      out += ' ', ++width;
+    }
+    out += word, width += length;
+    line.remove_prefix(std::min(end + 1, line.size()));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string wrapped(std::string_view page) {
+  std::string out;
+  bool code = false;
+  while (!page.empty()) {
+    const std::size_t end = std::min(page.find('\n'), page.size());
+    const std::string_view line = page.substr(0, end);
+    const bool fence = line.starts_with("```");
+    code ^= fence;
+    const bool text = !code && !fence && !line.starts_with("|") && !line.starts_with("#") && !line.starts_with("![");
+    out += text && characters(line) > kWidth ? wrapped_line(line) : std::string(line);
+    if (end < page.size()) out += '\n';
+    page.remove_prefix(std::min(end + 1, page.size()));
+  }
+  return out;
+}
+
+}  // namespace typodont
