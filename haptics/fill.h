@@ -20,7 +20,7 @@ class FreshLabels {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// Returns false if there were more such voxels than this list can store.
+  /// Returns false if more voxels were added than this list can store.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};

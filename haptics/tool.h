@@ -125,7 +125,8 @@ struct Tool {
   double profile(double z) const;
 };
 
-/// A part of a tool that never cuts, described like a tool. `z`: position of the part's centre on the tool's axis, m.
+/// A part of a tool that never cuts. Its shape is described by a Tool. `z`: position of the part's centre on the tool's
+/// axis, m.
 struct NonCuttingPart {
   Tool shape;
   double z = 0;

@@ -482,7 +482,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // The residual contains white noise of both streams. `fraction`: the part that comes from the sparse stream.
+  // The residual contains white noise of both streams. `fraction`: the sparse stream's share of the residual's
+  // variance.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {

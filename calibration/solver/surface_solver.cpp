@@ -90,7 +90,7 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points of S near D, and their residuals.
+  /// Finds the points of the scan (frame S) that lie near the surface of the data (frame D), and their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -145,7 +145,9 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      std::array<float, kParts> after{};  // estimated time of all triangles in the steps from this index on
+      // for each of the kParts steps along the axis: the estimated time of tracing rays against all triangles in this
+      // step and the later ones
+      std::array<float, kParts> after{};
       Box box;
       std::size_t count = 0;
       for (int p = kParts - 1; p > 0; --p) {

@@ -36,12 +36,14 @@ struct Block {
 struct Work {
   // kLongest: upper limit of the number of samples in a row
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // terms of the distance that are equal for all samples of a row, for eight rows
+  // Terms of the distance from the head's axis that are equal for all samples of a row of samples along z; one lane for
+  // each of eight rows.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
-  std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
+  // the listed groups, each packed as: z index of its first sample << 16 | index of its row
+  std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 

@@ -114,7 +114,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan in frame C, and the part of it that shows crowns.
+/// The surface scan in frame C of the CT volume, and the part of it that shows crowns of teeth.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)

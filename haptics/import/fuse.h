@@ -38,7 +38,7 @@ class IntraoralScan {
   /// area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², area of the scanned surface
-  /// The scanned surface without the base, in frame S.
+  /// Returns the scanned surface without the base, in frame S of the scan.
   TissueMesh mesh() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }

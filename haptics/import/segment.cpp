@@ -139,7 +139,8 @@ class Surround {
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    // This works in parallel over blocks, because a cell never lies in two blocks.
+    // The loop runs in parallel over blocks. Two blocks never write the same cell, because a cell never lies in two
+    // blocks.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;

@@ -150,8 +150,8 @@ class LoosePieces::KnownBlocks {
       take(flood, i);
     }
   }
-  /// Lets the floods spread until at most one flood can still spread, and this flood is larger than all floods that
-  /// ended.
+  /// Lets the floods (flood fills of connected tissue from the places of the cut) spread until at most one flood can
+  /// still spread, and this flood is larger than all floods that ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);

@@ -154,8 +154,8 @@ class StreamTurns {
   /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
   /// run before the servo starts.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the ring. Publishes new events, and publishes the latest tick if the interval since the last published tick
-  /// has passed.
+  /// Reads the ring that the servo fills. Publishes all new events, and also the latest tick if the interval since the
+  /// last published tick has passed.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();

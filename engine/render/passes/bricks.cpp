@@ -118,7 +118,8 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // meshoptimizer's test whether a normal cone faces away from the eye; the cone is at the box's middle
+  // The test of meshoptimizer: all triangles face away from the eye if their cone of normals does. The cone's tip is
+  // taken at the middle of the brick's box.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;

@@ -399,7 +399,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
-  double volume = 0;  // m³, six times the volume that is added to the solid
+  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  double volume = 0;
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
     volume += volume6(to, b, d, to) - volume6(from, b, d, to);
@@ -447,7 +448,8 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  const double volume = volume6(a, d, c, b);  // m³, six times the volume that is added to the solid
+  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  const double volume = volume6(a, d, c, b);
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {

@@ -76,8 +76,8 @@ class VertexModel final : public ContactModel {
     double area = 0;            // m², area that the vertices represent
     double across = 0;   // m², area of the vertices projected along the pull (direction from the head to the hand)
     double sum = 0;      // N·m², sum of the magnitudes of the forces
-    double weight = 0;   // m³, sum of area × depth
-    PerTissue tissue{};  // m³, sum of area × depth of the vertices, for each tissue
+    double weight = 0;   // m³, sum of area × depth over the vertices in contact
+    PerTissue tissue{};  // m³, for each tissue: the sum of area × depth over its vertices in contact
     int count = 0;
   };
 
