@@ -113,16 +113,18 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same
-/// rate and are joined when they meet. The buffers stay allocated between cuts.
+/// The solid samples of the blocks as they were last read, linked to the neighbouring blocks, and the flood fills in
+/// them. All floods spread at the same rate and are joined when they meet. The buffers stay allocated between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// Returns the bits of a block as last read; the caller may change them. Null if the block was not read yet.
+  /// Returns the bits (1: solid sample) of a block as last read; the caller may change them. Null if the block was not
+  /// read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// Returns the bits of a block as last read. A block that was not read yet (`unseen`) is read now.
+  /// Returns the bits (1: solid sample) of a block as last read. A block that was not read yet is read now, and
+  /// `unseen` becomes true.
   SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     return changing(find(volume, key, unseen));
   }
@@ -204,7 +206,7 @@ class LoosePieces::KnownBlocks {
     int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
     std::uint32_t look = 0;
-    int first_part = 0, part_count = 0;  // range of the block's parts in parts_
+    int first_part = 0, part_count = 0;  // range of indices: the block's connected parts in parts_
   };
   struct Part {
     SolidBits bits{};
@@ -347,7 +349,7 @@ void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key
   SolidBits& seen = blocks_->bits(volume, key, &unseen);
   SolidBits now = seen, gone;
   if (!unseen) volume.solid_block(key, now);
-  // For a block that was not read since the last edit, any sample of air may have been tissue.
+  // For a block that was not read since the last edit, any sample that is air now may have been tissue.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({key, gone});

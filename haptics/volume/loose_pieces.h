@@ -42,7 +42,7 @@ class LoosePieces {
   /// cut wrote. `blocks`: blocks in which samples may have become air (TissueVolume::Carved).
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const glm::ivec3> blocks);
-  /// Must be called after samples lo .. hi were changed by anything except a cut.
+  /// Must be called after samples in the box lo..hi (voxels, inclusive) were changed by anything except a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Must be called after an undo or redo, because any sample may have changed.
   void after_edit();
@@ -68,7 +68,7 @@ class LoosePieces {
   std::vector<int> bodies_of(const TissuePiece& piece) const;
   void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
 
-  std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
+  std::unique_ptr<KnownBlocks> blocks_;          // the solid samples of the blocks as they were last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
   std::size_t body_count_ = 0;
   // samples of all bodies, except the largest body, which has number 0 and is not stored
