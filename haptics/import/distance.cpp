@@ -42,7 +42,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
     if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
-    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // this bucket may grow during the loop
+    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the current bucket may grow during the loop
       const std::size_t i = buckets[b][k];
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];

@@ -51,10 +51,11 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  constexpr double kLeast = 1e-4;  // smallest weight of a step, through the dimmest samples that count as bright
-  // Weight of a step into bone for a sample next to cancellous bone. The weight is small, because the sample may also
-  // belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to its crown for
-  // about 15 mm.
+  // smallest weight of the random walk's step, through the dimmest samples that count as bright
+  constexpr double kLeast = 1e-4;
+  // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
+  // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to
+  // its crown for about 15 mm.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -356,7 +357,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
   // next to marrow, which may be bone.
-  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes of a crown and of marrow
+  // mm³, smallest volume of a crown and of a region of marrow; smaller regions are ignored
+  constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);

@@ -32,7 +32,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // 1.4826 times the median absolute deviation, which estimates the standard deviation
+  // Returns 1.4826 times the median absolute deviation, which estimates the standard deviation.
   return 1.4826 * quantile(values, 0.5);
 }
 

@@ -9,7 +9,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kStep = 0.5;  // length in voxels of the steps along rays
+constexpr double kStep = 0.5;  // voxels, length of the steps along rays
 
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
@@ -81,7 +81,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // this part is the outer end of a cavity that was found with a smaller ball
+      // true if this part is the outer end (a plug) of a cavity that was found with a smaller ball
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -132,8 +132,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// The grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about four
-// samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is used.
+// Finds the grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about
+// four samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is
+// used.
 class Surround {
  public:
   template <class Counts>

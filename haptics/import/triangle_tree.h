@@ -20,10 +20,10 @@ class TriangleTree {
   };
   /// Returns the nearest point of the triangles, or no value if its distance is `reach` or more.
   std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
-  /// Squared distance from p to the nearest triangle.
+  /// Returns the squared distance from p to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
-  /// The winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
-  /// triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
+  /// Returns the winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where
+  /// the triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
   int winding(const glm::dvec3& p) const;
   /// The winding number of an open mesh at p, multiplied by six, from rays in the six axis directions. See
   /// winding_sixths() in distance.h.

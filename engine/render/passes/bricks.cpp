@@ -10,7 +10,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr float kPiece = 0.8e-3f;  // m, size of the pieces for which changed lighting is marked
+constexpr float kPiece = 0.8e-3f;  // m, edge of the pieces of a brick for which changed lighting is marked separately
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -18,7 +18,7 @@ std::int16_t snorm16(float v) {
 }
 GpuVertex pack(const Vertex& v) {
   static_assert(kMatterCount <= 16, "four bits name a tissue");
-  // packs a tissue into the low four bits and a fraction into the high four bits
+  // packs the number of a tissue into the low four bits of a byte, and a fraction (0..15) into the high four bits
   const auto with = [](Tissue tissue, float fraction) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
@@ -353,7 +353,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        // a section shows the back faces of bodies, too
+        // in View::kSection, the back faces of bodies are visible too, so they are kept
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }

@@ -12,7 +12,7 @@
 namespace typodont::render {
 
 struct FilmStore {
-  FilmGrid grid;  // size 0 if there is no film
+  FilmGrid grid;  // grid of the film; its size is 0 if there is no film
   VolumeImage image;
   SlotBuffers staging;
   struct Part {  // a changed part of the grid that waits for the next frame

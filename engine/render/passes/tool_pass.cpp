@@ -47,7 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // A triangle may overlap several slices; each of these slices then includes all radii of the triangle.
+  // A triangle may overlap several slices of the tool; each of these slices then includes all radii of the triangle.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -117,7 +117,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // A slice contains only its part of a long triangle.
+      // A slice of the handpiece contains only its part of a long triangle.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));
