@@ -33,8 +33,10 @@ struct DelayResult {
   double skew = 0, skew_sigma = 0;
   double reference_time = 0;  // s, time at which `delay` is valid
   double delay_at_end = 0;    // s, delay at the last time in both recordings
-  double noise = 0;           // m per axis, noise of the difference between the streams
-  Pose X_BA;  // Pose of frame A in frame B. Its rotation is the identity unless the streams clearly need a rotation.
+  double noise = 0;           // m per axis, standard deviation of the difference between the streams
+  // pose of the frame of stream A in the frame of stream B; its rotation is the identity unless the streams clearly
+  // need a rotation
+  Pose X_BA;
   bool rotated = false;  // true if a rotation was needed
   int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;

@@ -17,7 +17,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the edge of a cube that is as large as the region filled by the points. For a flat set, this is its extent.
+// Returns the edge (m) of a cube that is as large as the region that the points fill. For a flat set of points, this is
+// its extent.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -130,13 +131,14 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // probability of stopping too early among good pairs; stage 3 corrects such a stop
+    // probability that the forward search (stage 2) stops too early among good pairs; stage 3 corrects such a stop
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      Indices pairs = nearest(best.X_DH, next);  // order[next - 1] is the farthest of these pairs
+      // the `next` pairs with the smallest residuals; order[next - 1] is the farthest of these pairs
+      Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
@@ -316,7 +318,7 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
-  mutable std::vector<Candidate> by_median_;  // candidates of find_widest
+  mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
 // Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of

@@ -56,7 +56,8 @@ struct Turn {
   Vector3d w_;
 };
 
-// Projects p_W into the picture; optionally computes the derivatives with respect to lens, camera and point.
+// Projects a point p_W (m, frame W) into the picture. On request, also computes the derivatives with respect to lens,
+// camera and point.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -324,7 +325,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board on which the touched points lie
+  // pose in frame W of the board on which the touched points lie
+  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};
   const Pose X_BW = inverse(X_WB);
 
   const auto planar = [&](const std::vector<const Sighting*>& seen, SeenOn on) {

@@ -31,7 +31,7 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
-// A stream without frozen samples, divided into segments at missing samples.
+// A stream without the samples of a frozen sensor, divided into segments where samples are missing.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
@@ -167,7 +167,7 @@ double noise_of(const Track& track) {
 
 struct Shift {
   double u = 0;     // s, shift of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
-  double rate = 0;  // s/s, difference of the clocks' rates
+  double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
 class Matcher {
@@ -365,7 +365,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // the delay is sign · u
+  const double sign = a_asks ? -1 : 1;  // the delay of B is sign · u, where u is the shift of the sparse stream
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {
@@ -401,7 +401,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const std::size_t stride = std::max<std::size_t>(1, samples_in_horizon / 400);
   struct Curve {
     std::vector<double> values;
-    std::vector<Minimum> minima;  // minima, best first
+    std::vector<Minimum> minima;  // minima of the mismatch over the delay, best first
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
@@ -474,7 +474,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // a longer interval has another middle, at which the shift is different
+      // A longer interval has another middle, so the shift is adapted to the new middle by the clocks' rate difference.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;

@@ -31,7 +31,8 @@ using Indices = std::vector<std::size_t>;
 // m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
 constexpr double kFloor = 1e-13;  // rad and m, lower limit of residuals; smaller residuals are rounding errors
-// Number of random samples. If half of the rows are good, the probability that all samples are bad is 1e-23
+// Number of random samples of three rows. If half of the rows are good, the probability that all samples contain bad
+// rows is 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
 constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which any row may be rejected
@@ -39,7 +40,7 @@ constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which 
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// lower limit of a rotation, as a ratio to the noise of rotations; smaller rotations do not determine X and Z
+// lower limit of the arm's rotations, as a ratio to the noise of rotations; smaller rotations do not determine X and Z
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -69,7 +70,7 @@ dquat turned_by(const Vector3d& v) {
   return {std::cos(0.5 * angle), k * v.x(), k * v.y(), k * v.z()};
 }
 
-/// The two unknown poses.
+/// The two unknown poses: X of the sensor on the arm, and Z of its counterpart in the room.
 struct Unknowns {
   Pose X, Z;
 };
@@ -458,8 +459,9 @@ class Solver {
   std::size_t n_;
   int parameters_;
   Eigen::MatrixXd covariance_;
-  double rotation_sigma_ = 0, translation_sigma_ = 0;  // rad, m per axis
-  Vector3d axis_ = Vector3d::Zero();                   // axis of the largest rotations, in S
+  // rad and m per axis: standard deviations of the noise of rotation and of translation
+  double rotation_sigma_ = 0, translation_sigma_ = 0;
+  Vector3d axis_ = Vector3d::Zero();  // axis of the arm's largest rotations, in frame S of the stylus
   HandEyeResult result_;
 };
 

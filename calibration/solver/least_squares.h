@@ -11,7 +11,7 @@ namespace typodont::calibration {
 
 struct LeastSquares {
   Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;  // covariance of x
+  Eigen::MatrixXd covariance;  // covariance of the unknowns x
   double sigma = 0;            // standard deviation of each component of the residuals
   int degrees_of_freedom = 0;
   std::vector<bool> used;

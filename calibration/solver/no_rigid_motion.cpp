@@ -42,7 +42,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    // for many points, a sample of two thousand pairs of points is sufficient
+                    // If there are many points, about two thousand pairs of points are sufficient, so only every
+                    // step-th point is used.
       step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
@@ -63,7 +64,8 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
   return std::nullopt;
 }
 
-// Reflects D (p_D -> -p_D). If D is a mirror image of H, the reflected D is a rigid motion of H.
+// Reflects the points of D (p_D -> -p_D). If D is a mirror image of H, the reflected points are a rigid motion of those
+// in H.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
