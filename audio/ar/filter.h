@@ -38,7 +38,7 @@ class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// Filters kBlock samples.
+  /// Filters the next kBlock samples: the noise drives the filter, and `out` receives its output.
   void process(const T* noise, T* out) noexcept;
 
  private:
@@ -58,7 +58,7 @@ class LatticeFilter {
   double next(double noise) noexcept;
   /// Sets other coefficients of the same order between two samples. The states are kept.
   void set(const std::vector<double>& reflection, double level) noexcept;
-  double energy() const noexcept;  // sum of the squared states
+  double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }
 
  private:
@@ -80,7 +80,7 @@ class ArFilter {
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);
-  void process(const float* noise, float* out) noexcept;  // filters kBlock samples
+  void process(const float* noise, float* out) noexcept;  // filters the next kBlock samples of noise into `out`
   Form form() const noexcept { return form_; }
 
  private:

@@ -11,7 +11,7 @@ namespace typodont::audio {
 
 /// Amplitude and frequency of one spectral line over time, one entry per kLineStep samples.
 struct LineTrack {
-  double frequency = 0;           // Hz, mean frequency
+  double frequency = 0;           // Hz, mean frequency of the line
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
@@ -50,7 +50,8 @@ struct TakenLine {
   ModelLine line;
   // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
   double spread = 0;
-  double variation = 0;  // LineTrack::variation() in the recording
+  // relative variation of the line's frequency in the recording, as LineTrack::variation() returns it
+  double variation = 0;
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest

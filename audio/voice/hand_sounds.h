@@ -20,7 +20,7 @@ class ModalBank {
  private:
   static constexpr int kModes = 3;
   struct Mode {
-    float re = 0, im = 0;  // complex amplitude of the mode
+    float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
     // complex factor by which the amplitude is multiplied per sample: it rotates and decays
     float turn_re = 0, turn_im = 0;
     float weight = 0;

@@ -312,7 +312,7 @@ struct DrillSynth::Impl {
       }
     }
 
-    // Sound of hand instruments.
+    // Adds the sound of hand instruments, if one is audible.
     if (!scrape_level.zero() || !modal.silent()) {
       for (int i = 0; i < count; ++i) {
         if (!scrape_level.zero()) {
@@ -381,7 +381,7 @@ struct DrillSynth::Impl {
   double free_speed;
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
-  std::vector<double> phases;  // turns, phase of each tone
+  std::vector<double> phases;  // for each tone of the rotor: its phase in turns
   const double teeth, tooth_peak;
   double tooth_phase = 0;  // 0..1, phase of the bursts: fraction of the interval between two teeth that has passed
   InterpolationKernels kernels;
@@ -400,9 +400,12 @@ struct DrillSynth::Impl {
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
-  double index_now = 0, index_next = 0, last_state = 0;  // samples
+  // samples since the start: time of the present state, of the next call's first sample, and of the last state
+  double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  double speed = 0, speed_target = 0, speed_step = 0;  // ratios to the free speed
+  // spindle speed of the sound now, the speed at the end of the present ramp, and the change per sample of the ramp, as
+  // ratios to the free speed
+  double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
   // gain of each stream: first the idle sound, then the working sound of each tissue
   std::array<Level, kTissueCount> weights;

@@ -89,7 +89,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   const auto value = [&](std::size_t row, const char* name, double fallback, double low, double high) {
     const int column = table.column(name);
     const double v = column < 0 ? fallback : table.rows[row][static_cast<std::size_t>(column)];
-    if (std::isnan(v)) return fallback;  // the cell is empty
+    if (std::isnan(v)) return fallback;  // NaN means that the cell of the table is empty
     if (v < low || v > high) table.fail(row, name, fmt::format("{}", v), fmt::format("{} to {}", low, high));
     return v;
   };

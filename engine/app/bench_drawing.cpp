@@ -270,7 +270,7 @@ class Drawing {
     page_.disc(view(eye), 3);
     page_.disc(view(dvec3(0)), 1.6);
 
-    // Draws the names of the parts.
+    // Draws the names of the bench's parts.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
       page_.colour(colour);

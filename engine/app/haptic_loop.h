@@ -41,7 +41,7 @@ class HapticLoop {
 
  private:
   haptics::LockStep steps_;
-  double stall_ = 0;  // s, duration of each stall
+  double stall_ = 0;  // s, duration of each pause (stall) that the loop simulates
   bool held_ = false;
 };
 

@@ -48,7 +48,7 @@ struct Scene {
   std::optional<SurroundingsPlan> surroundings;
   /// mouth mirror in the second hand at the start; its diameter is 0 if there is none
   MouthMirror mouth_mirror;
-  HandpieceView handpieces;  // settings for drawing handpieces
+  HandpieceView handpieces;  // how the picture shows handpieces
   /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
@@ -94,7 +94,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 /// Sets the contact model that the user chose with the option --model; does nothing if `name` is empty. Also changes
 /// the scene's text, which the recording contains. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
-/// Name of the scene's contact model.
+/// Returns the name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
 /// True if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);

@@ -45,7 +45,8 @@ struct SessionSettings {
     for (double& v : all) v = fraction;
     return all;
   }
-  /// Returns the stiffness of each tissue with these factors, N/m, for set_stiffness() of the servo.
+  /// Returns the stiffness (N/m) of each tissue multiplied by the factors in these settings, for set_stiffness() of the
+  /// servo.
   PerTissue stiffness_of(const MaterialTable& materials) const {
     PerTissue scaled{};
     for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
@@ -53,7 +54,7 @@ struct SessionSettings {
   }
 };
 
-/// State of the recording.
+/// State of the recording, for the user interface.
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
   bool complete = true;                   // true: no data was lost so far

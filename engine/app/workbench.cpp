@@ -209,7 +209,7 @@ void Workbench::Impl::set_up() {
                                    in_words(hands.left->info()))
                      : "left hand: none");
 
-  // Opens the sound.
+  // Opens the sound output, if the scene and the options ask for sound.
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";

@@ -79,7 +79,7 @@ struct ImplantStatus {
 
 struct WorkbenchStatus {
   double seconds = 0;
-  ServoTick tick;            // the latest tick
+  ServoTick tick;            // the latest tick of the servo
   std::uint32_t faults = 0;  // fault bits that were set in the last second
   // m, distance between hand and tool if the tool has not followed the hand for one second; otherwise 0.
   double caught = 0;

@@ -12,7 +12,7 @@
 namespace typodont {
 
 enum class FileKind {
-  kText,   // plain text without a format
+  kText,   // plain text of no known format
   kCache,  // a cache file of this program, which may replace a file of any kind
   kSession,
   kVolume,

@@ -37,8 +37,8 @@ class Json {
   bool has(std::string_view key) const;
   Json operator[](std::string_view key) const;           // throws Error if the key is missing
   std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
-  std::vector<Json> items() const;                       // elements of an array
-  std::vector<std::string> keys() const;                 // keys of an object
+  std::vector<Json> items() const;                       // returns the elements of an array
+  std::vector<std::string> keys() const;                 // returns the keys of an object
   /// Throws Error if the object has a key that is not in this list.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 

@@ -16,7 +16,7 @@ using glm::dvec3;
 /// A rotation and a translation in m. A pose never mirrors (a mirror is a flag of the display). The type is trivially
 /// copyable, so that messages between threads can contain it.
 struct Pose {
-  dvec3 p{0, 0, 0};     // m, position of B's origin as seen from A
+  dvec3 p{0, 0, 0};     // m, position of the origin of frame B in frame A
   dquat R{1, 0, 0, 0};  // unit quaternion that rotates vectors from B into A
 
   /// Converts a point from frame B to frame A (m).
@@ -60,7 +60,7 @@ inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }
 
-/// True if all components are equal.
+/// Returns true if all components of both poses are equal.
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }

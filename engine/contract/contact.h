@@ -65,7 +65,7 @@ struct ServoTick {
   Nanos t = 0;                   // ns since the session's start, time at which the hand was sampled
   Pose X_WT;                     // pose of the tool at the hand; origin in the head's centre, z along the shank
   Pose X_WG;                     // pose of the proxy, which stays outside the tissue and is drawn
-  dvec3 f_T_W{0, 0, 0};          // N, force on the hand
+  dvec3 f_T_W{0, 0, 0};          // N, frame W, force on the hand
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
   double pedal = 0;              // position of the pedal, 0 (released) to 1
   double depth = 0;              // m, distance between hand and proxy: |X_WG.p - X_WT.p|
@@ -108,7 +108,7 @@ struct Cut {
 /// recorder.
 struct LoosePiece {
   std::uint64_t cut = 0;    // number of the cut that separated the piece
-  Nanos t = 0;              // ns, time of that cut
+  Nanos t = 0;              // ns, time of the cut
   dvec3 center_W{0, 0, 0};  // m, centre of the piece's bounding box
   double radius = 0;        // m, half the longest edge of the bounding box
   PerTissue removed{};      // m³ of each tissue in the piece

@@ -89,7 +89,7 @@ struct LoopReport {
   std::array<char, 320> note{};
   // The next fields describe the safety layer of a device with motors.
   double heat = 0;        // present heat of the motor windings, as a fraction of the limit, 0..1
-  double worst_heat = 0;  // largest `heat` so far
+  double worst_heat = 0;  // largest heat of the motors so far, as a ratio to the limit
   // N, largest force that the motors may produce now without overheating; 0 if the device has no motors
   double bearable_force = 0;
   bool armed = false;        // true if the device may push the hand now

@@ -13,8 +13,8 @@ namespace typodont {
 /// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
 /// the resolution of the packer's grid.
 struct SpherePacking {
-  std::vector<dvec3> center;   // m, in frame W
-  std::vector<double> radius;  // m; always above 0
+  std::vector<dvec3> center;   // m, frame W, centre of each sphere
+  std::vector<double> radius;  // m, radius of each sphere; always above 0
   std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 
   std::uint64_t seed = 0;         // seed of the packer's random numbers

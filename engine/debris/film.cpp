@@ -28,7 +28,7 @@ struct Film::State {
   struct Cell {
     glm::ivec3 sample;
     glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
-    float area = 0;    // m²
+    float area = 0;    // m², area of the surface that the cell represents
     float height = 0;  // m, height of the point p along `up`
     float tilt = 0;    // cosine of the angle between normal and `up`
     bool drains = false;

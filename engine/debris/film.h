@@ -23,9 +23,9 @@ namespace typodont::debris {
 
 struct FilmOptions {
   glm::dvec3 up{0, 0, 1};         // unit vector, opposite to gravity
-  double gravity = 9.81;          // m/s²
-  double water_density = 1000;    // kg/m³
-  double water_viscosity = 1e-3;  // Pa·s, at 20 °C
+  double gravity = 9.81;          // m/s², acceleration of gravity
+  double water_density = 1000;    // kg/m³, density of the water
+  double water_viscosity = 1e-3;  // Pa·s, viscosity of the water at 20 °C
   // Largest volume fraction of solids with which slurry flows: that of randomly packed rough grains. The viscosity
   // rises towards infinity at this fraction (Krieger & Dougherty 1959).
   double most_solids = 0.6;
@@ -55,10 +55,10 @@ struct FilmLedger {
 /// A cell of the film. `water` and `solids` are heights, that is, volumes divided by the cell's area.
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
-  glm::vec3 p_W{0};      // m, point on the surface
+  glm::vec3 p_W{0};      // m, frame W: point on the tissue's surface at which the cell lies
   glm::vec3 n_W{0};      // unit normal, pointing out of the tissue
-  double area = 0;       // m²
-  double water = 0;      // m, height of the water
+  double area = 0;       // m², area of the surface that the cell represents
+  double water = 0;      // m, height of the water on the cell
   PerTissue solids{};    // m, height of the solids of each tissue
 };
 
@@ -90,7 +90,7 @@ class Film {
 
   std::size_t loaded() const;                     // number of cells with water or solids
   std::uint64_t cells_stepped() const;            // number of computed cells, summed over all substeps
-  std::size_t cells() const;                      // number of cells
+  std::size_t cells() const;                      // returns the number of cells of the film
   FilmCell cell(const glm::ivec3& sample) const;  // the cell of a sample; its area is 0 if the sample has no cell
   bool has_cell(const glm::ivec3& sample) const;
   FilmLedger ledger() const;

@@ -43,7 +43,7 @@ constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
   dvec3 n{0};              // unit normal, pointing out of the tissue
-  double area = 0;         // voxels²
+  double area = 0;         // voxels², area of the facet
   std::size_t inside = 0;  // index of the sample next to the facet that lies inside the tissue
 };
 
@@ -466,7 +466,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measures the floor.
+  // Measures the floor of the cavity.
   double floor_height = 0;
   if (area_of(floor) >= kLeastArea) {
     std::vector<std::pair<double, double>> depths, heights;
@@ -494,7 +494,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     if (width) m.isthmus = *width * h;
   }
 
-  // Measures the walls.
+  // Measures the walls of the cavity.
   if (area_of(walls) >= kLeastArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
@@ -527,7 +527,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measures the margin.
+  // Measures the margin of the cavity (its edge on the natural surface).
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);
@@ -536,7 +536,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   }
   if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
 
-  // Measures the distance to the pulp.
+  // Measures the smallest distance from the cavity to the pulp.
   if (!known.to_pulp.empty()) {
     double exposed = 0;
     for (const Facet& f : fresh) {

@@ -12,7 +12,7 @@
 namespace typodont::session {
 
 struct FilmOptions {
-  int width = 1280, height = 720;  // pixels of a frame
+  int width = 1280, height = 720;  // pixels, width and height of a frame of the film
   double fps = 30;
 };
 

@@ -34,9 +34,9 @@ struct ImplantCylinder {
 /// The planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
-  dvec3 axis_W{0, 0, -1};   // unit vector into the bone
+  dvec3 axis_W{0, 0, -1};   // unit vector along the implant's axis, into the bone
   double length = 0;        // m, length of the implant
-  double diameter = 0;      // m, diameter of the thread
+  double diameter = 0;      // m, outer diameter of the implant's thread
   double bed_diameter = 0;  // m, diameter of the last drill that makes the bed
   dvec3 apex_W() const { return entry_W + length * axis_W; }
   ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
@@ -47,7 +47,7 @@ enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose 
 std::string_view name_of(ImplantAction deed) noexcept;
 std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
 
-/// One phase of the procedure, in SI units.
+/// One phase of the implant procedure. SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;

@@ -254,7 +254,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     }
   }
 
-  // Computes the bounds for culling.
+  // Computes the bounds of the brick's mesh; the renderer does not draw bricks whose bounds are out of view.
   mesh.low = mesh.high = mesh.vertices.empty() ? glm::vec3(0) : mesh.vertices[0].position;
   for (const SurfaceVertex& vertex : mesh.vertices) {
     mesh.low = glm::min(mesh.low, vertex.position);

@@ -230,7 +230,8 @@ class Rows {
     ServoSettings settings;
     settings.tool.diameter = settings.tool.length = 2 * kHead;
     settings.spindle.free_speed = 300 * kKrpm;
-    settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;  // J/m³
+    // J/m³, specific cutting energy of dentin in this benchmark
+    settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
       return bench::servo_times(TissueVolume(ball_field()), settings, 1, count, [](int i, const ServoTick&) {
@@ -251,7 +252,8 @@ class Rows {
     settings.spindle.free_speed = 0.3 * kKrpm;
     settings.stiffness = 60e3, settings.damping = 20;
     settings.force_limit = 250, settings.torque_limit = 10;
-    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;  // N/m, J/m³
+    // N/m, stiffness, and J/m³, specific cutting energy of all tissues
+    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
       dvec3 x(0, 0, kReamerStart), v(0);

@@ -211,7 +211,7 @@ double position_step(const Arm& arm) {
 }
 
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta) {
-  constexpr double g = 9.81;  // m/s²
+  constexpr double g = 9.81;  // m/s², acceleration of gravity
   return {0, -g * (arm.mass_b * arm.center_b + arm.mass_c * arm.Lb) * std::sin(theta.y),
           g * arm.mass_c * arm.center_c * std::sin(theta.z)};
 }

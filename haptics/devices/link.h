@@ -31,7 +31,7 @@ class Link {
 /// half a period apart. Servo thread.
 class SampleSpacing {
  public:
-  /// `rate` is DeviceInfo::rate in Hz.
+  /// `rate`: Hz, rate at which the device sends samples (DeviceInfo::rate).
   explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
   /// Time in ns until the next sample may be used; 0 or less means now. If the clock was set back, the result is 0.
   Nanos left(Nanos t) const noexcept { return started_ && t >= last_ ? last_ + least_ - t : 0; }

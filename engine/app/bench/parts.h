@@ -14,7 +14,7 @@
 
 namespace typodont {
 
-/// Arguments of every part.
+/// Arguments that every part of the benchmark gets.
 struct BenchRun {
   bool quick = false;                   // fewer repeats, for a short run
   haptics::SharedContactMethod method;  // contact model, for parts that measure one; null: the default model

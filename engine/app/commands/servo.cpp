@@ -128,7 +128,7 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
   ServoTick last;
-  EvenSample times;  // ns, times of ticks
+  EvenSample times;  // ns, computing times of ticks
   // force_max: N, largest force; energy_min: J, lowest value of the energy ledger
   double force_max = 0, energy_min = 0;
   const auto each = [&](const ServoTick& tick, const Cut* cut) {

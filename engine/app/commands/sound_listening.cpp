@@ -138,7 +138,7 @@ struct AbxCommand {
   std::vector<std::string> sounds;
   std::string out, key, answers;
   int trials = 16;
-  double excerpt = 1.5;  // s, duration of an excerpt
+  double excerpt = 1.5;  // s, duration of an excerpt that the listener hears
   std::uint64_t seed = 0;
 };
 

@@ -147,7 +147,7 @@ class Likelihood {
 
   std::vector<Level> levels_;
   std::vector<double> shares_;  // value of the cumulative Gaussian Φ at each level, for the present bias and width
-  double greatest_ = 0;         // largest difference between two stimuli
+  double greatest_ = 0;         // largest difference between the two stimuli of any trial
   double low_ = 0, high_ = 0;   // logarithms of the smallest and of the largest width that the fit considers
 };
 

@@ -36,7 +36,7 @@ class Staircase {
  public:
   explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
 
-  /// Level of the next trial.
+  /// Returns the level (difference between the stimuli) of the next trial.
   double level() const { return level_; }
   /// Changes the level after the answer to the trial with the difference level().
   void answer(bool right) {

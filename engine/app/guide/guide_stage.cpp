@@ -166,7 +166,7 @@ class GuideVoice {
   const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // This member is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
+  // The sound output is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 

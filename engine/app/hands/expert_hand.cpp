@@ -180,7 +180,7 @@ struct Filling {
   static constexpr double whole_voxel = 0.9;
   // m³, smallest portion: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
-  static constexpr int at_once = 1;  // number of portions per plan
+  static constexpr int at_once = 1;  // number of portions of filling that one plan adds
   // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
@@ -523,7 +523,7 @@ class Plan {
   /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome
+    dvec3 center;  // m, centre of the dome (the portion's curved surface)
     // excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each
     // height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
@@ -654,7 +654,7 @@ class Plan {
     }
     return best;
   }
-  /// Largest radius of a dome, voxels.
+  /// Returns the largest radius (voxels) of a dome of filling that the instrument can add.
   static double most_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }

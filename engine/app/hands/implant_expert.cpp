@@ -19,7 +19,7 @@ using session::ImplantAction;
 constexpr double kAbove = 8e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
 // m, height above the planned entry point; below this height the hand moves slowly
 constexpr double kNear = 2.0e-3;
-constexpr double kTravel = 20e-3;       // m/s, speed in the air
+constexpr double kTravel = 20e-3;       // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis

@@ -105,7 +105,7 @@ class StrokePlanner {
  private:
   using Chain = std::vector<dvec3>;
   struct Layer {
-    double height = 0;             // m, height of the layer
+    double height = 0;             // m, height of the layer that the student removes
     std::vector<std::uint8_t> in;  // 1 for a grid cell that the head can reach from above, otherwise 0
   };
 
@@ -619,7 +619,7 @@ class StrokePlanner {
   session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
-  double step_;              // m, distance between passes
+  double step_;              // m, distance between neighbouring passes of the tool
   double allowed_;           // voxels, depth to which the head may enter the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;

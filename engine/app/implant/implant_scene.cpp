@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRpm = 2 * kPi / 60;  // rad/s per revolution per minute
+constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
 constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which the function searches for bone
 constexpr int kAround = 24;
 

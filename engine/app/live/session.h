@@ -167,7 +167,7 @@ class StreamTurns {
   std::vector<std::string> tools_;
   bool begun_ = false;
   Nanos told_ = 0;  // time at which the last state was published
-  ServoTick tick_;  // the latest tick
+  ServoTick tick_;  // the latest tick that the ring contained
 };
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.

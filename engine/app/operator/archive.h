@@ -13,7 +13,7 @@ namespace typodont {
 
 /// A session's score that was computed earlier and stored in a cache.
 struct CachedScore {
-  double points = 0;  // points out of 100
+  double points = 0;  // points of the session, 0..100
   bool counts = false, passed = false;
 };
 

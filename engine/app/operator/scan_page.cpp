@@ -57,7 +57,7 @@ struct View {
     return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
             at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
   }
-  // converts pixels to m
+  // returns the length in m of a number of pixels in the picture
   double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };

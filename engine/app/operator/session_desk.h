@@ -18,7 +18,7 @@ namespace typodont {
 
 /// Result of a session in authoring mode: the data from which an exercise can be made.
 struct Authored {
-  Scene scene;  // the scene that was edited
+  Scene scene;  // the scene of the exercise that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
   bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
@@ -75,7 +75,7 @@ class SessionDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // scene of the session
+  std::optional<Scene> scene_;  // scene of the running session; no value if no session runs
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};

@@ -23,11 +23,11 @@ class Detail {
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
   /// `pixel`: m, value of render::FrameStats::pixel; 0 if it is unknown. Returns true if the tolerance changed.
   bool follow(double pixel, const render::Quality& quality);
-  float tolerance() const { return tolerance_; }  // voxels
+  float tolerance() const { return tolerance_; }  // returns the tolerance of the mesh, voxels
 
  private:
   float tolerance_;
-  double voxel_;  // m, voxel size
+  double voxel_;  // m, voxel size of the tissue
 };
 
 }  // namespace typodont

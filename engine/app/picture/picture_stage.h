@@ -107,7 +107,7 @@ class PictureStage {
     section_ = section;
   }
   render::View view() const { return view_; }
-  /// Shows or hides the tool.
+  /// Shows or hides the tool in the picture.
   void show_tool(bool shown) { options_.tool = shown; }
   /// Uses the screen and the head of this rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
@@ -141,7 +141,7 @@ class PictureStage {
   render::Picture eye(int index);
   /// Draws the text of the last frame over an eye's picture. The picture may have any size.
   void write_over(render::Picture& picture) const;
-  /// The text of the last frame.
+  /// Returns the text of the last frame.
   const display::Hud& hud() const { return hud_; }
   /// The content of the screen after the last frame.
   render::Picture screen();

@@ -45,7 +45,7 @@ class SoftGumView {
   /// The influence of one point of the gum on one vertex.
   struct Influence {
     std::uint32_t point = 0;
-    float part = 0;      // weight of the point, 0..1
+    float part = 0;      // 0..1, weight with which the point's displacement moves the vertex
     glm::vec3 slope{0};  // 1/m, gradient of `part` (the weight) over the position of the vertex
   };
   /// The undeformed form of a brick, with triangles that are small enough to show a dent.

@@ -143,7 +143,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
   // Finds the range of voxels whose labels are needed: below the vertices, and a little around them.
-  const auto reach_of = [&](const render::Vertex& v) {  // result in voxels
+  // returns the depth (voxels) below the vertex to which labels are needed
+  const auto reach_of = [&](const render::Vertex& v) {
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
   glm::vec3 low(update.vertices.front().p), high(low);

@@ -61,7 +61,7 @@ struct SectionPlane {
   dvec3 center_W{0};
   /// unit vectors to the right and up in the picture, frame W; perpendicular to each other
   dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
-  double width = 0, height = 0;  // m, size of the rectangle
+  double width = 0, height = 0;  // m, width and height of the rectangle
   /// `fraction`: position as fractions of width and height from the top left corner
   dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;

@@ -31,7 +31,7 @@ class PlanningTissue {
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
 
-  double spacing() const { return frame_.voxel; }  // m, distance between two samples
+  double spacing() const { return frame_.voxel; }  // returns the distance (m) between two neighbouring samples
   dvec3 lo_W() const { return frame_.to_world(dvec3(0)); }
   dvec3 hi_W() const { return frame_.to_world(dvec3(size_ - 1)); }
 

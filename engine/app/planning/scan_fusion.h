@@ -19,7 +19,7 @@
 namespace typodont {
 
 struct ScanRegistration {
-  calibration::RegistrationResult start;  // registration by the picked points
+  calibration::RegistrationResult start;  // initial registration of the scan, by the points that the user picked
   /// registration by the surfaces; its result X_DS is the pose X_CS of the scan in frame C
   calibration::SurfaceRegistration fine;
 };

@@ -84,7 +84,7 @@ class ScanReview {
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
   /// The labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
-  const PerTissue& volumes() const { return volumes_; }  // m³, volume of each tissue
+  const PerTissue& volumes() const { return volumes_; }  // returns the volume (m³) of each tissue
   /// Options for importing the region with full labels.
   haptics::ImportOptions options() const;
 

@@ -20,7 +20,7 @@ class StreamCheck {
   explicit StreamCheck(const session::SessionReader& session);
 
   struct Difference {
-    std::uint64_t tick;  // index of the tick
+    std::uint64_t tick;  // index of the tick in which the difference appeared
     std::string what;    // description of the difference, for example "force at tick 12"
   };
   /// The first difference; empty if there is none so far.

@@ -37,7 +37,7 @@ constexpr std::size_t kMostWaiting = 1 << 16;
 constexpr std::size_t kMostAsked = 1 << 13;  // bytes, limit of the size of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
-/// A socket whose calls never block.
+/// A network socket whose calls never block.
 class Socket {
  public:
   Socket() = default;

@@ -379,7 +379,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
-    if (plan.dam) break;  // the sheet hides these bodies
+    if (plan.dam) break;  // the rubber dam hides the neighbouring teeth, so they are not built
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
     add(

@@ -33,7 +33,7 @@ struct ToothForm {
   double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
   double rounding = 0;                           // m, radius of the edge between the side and the occlusal surface
   double lean = 0;                               // m per m, inclination of the crown to the lingual side
-  double root = 0;                               // m, length of the root
+  double root = 0;                               // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 

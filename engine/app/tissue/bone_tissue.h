@@ -35,7 +35,7 @@ struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };
 
-/// Path of assets/materials/bone_classes.json.
+/// Returns the path of assets/materials/bone_classes.json.
 std::filesystem::path bone_classes_file();
 /// Loads a class of bone, "I" to "IV". Throws Error that names the available classes.
 BoneClass load_bone_class(const Json& name);
@@ -44,7 +44,7 @@ BoneGrey load_bone_grey();
 /// The nerve canal of a bone: a polyline in frame W with a radius. It has no points if the tissue has no canal.
 struct NerveCanal {
   std::vector<dvec3> path_W;  // m, points of the canal's axis
-  double radius = 0;          // m, radius of the canal
+  double radius = 0;          // m, radius of the nerve canal
   /// Distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
   double distance(const dvec3& p_W) const;
 };

@@ -43,7 +43,7 @@ class Contact {
   double distance = 0;  // m, signed distance of the point to the tissue's surface
 
  private:
-  glm::dvec3 f_{0};            // position within the cell, 0..1
+  glm::dvec3 f_{0};            // position of the point within the grid's cell, 0..1 along each axis
   std::array<double, 8> d_{};  // distances at the cell's corners
   std::array<double, 4> x_{};  // distances interpolated along x
 };

@@ -127,7 +127,7 @@ double drag_factor(double reynolds) noexcept {
   // The exponent and the mantissa of the Reynolds number are read from its bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
-  // mantissa minus one, 0..1
+  // the mantissa of the number minus one, 0..1
   const double mantissa = std::bit_cast<double>((bits & ((1ull << 52) - 1)) | 1023ull << 52) - 1;
   const double at = (exponent - DragTable::kLow + mantissa) * DragTable::kPerOctave;
   const int i = static_cast<int>(at);

@@ -9,8 +9,8 @@ namespace typodont::debris {
 
 /// The arrays of all particles, of equal length, in frame W and SI units.
 struct Motion {
-  float *x, *y, *z;     // m, positions
-  float *vx, *vy, *vz;  // m/s, velocities
+  float *x, *y, *z;     // m, frame W, positions of the particles
+  float *vx, *vy, *vz;  // m/s, frame W, velocities of the particles
   // Factor 1/(1 + rate·dt) by which drag multiplies the velocity relative to the air in one step; 0 for a particle at
   // rest.
   const float* keep;
@@ -18,8 +18,8 @@ struct Motion {
 
 /// Gravity and air flow that act on all particles.
 struct Surroundings {
-  float gravity[3];  // m/s²
-  float sink[3];     // m, position of the suction nozzle
+  float gravity[3];  // m/s², frame W, acceleration of gravity
+  float sink[3];     // m, frame W, position of the suction nozzle
   // Strength of the suction in m³/s/sr. The air moves at the speed strength/r² towards the nozzle and stops there. 0 if
   // suction is off.
   float strength = 0;

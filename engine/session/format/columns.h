@@ -37,7 +37,7 @@ constexpr Type type_of() {
 template <class Message>
 struct Column {
   std::string name;
-  std::string unit;  // "" if dimensionless
+  std::string unit;  // unit of the column's numbers; empty if they have no unit
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;

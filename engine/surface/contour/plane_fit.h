@@ -12,7 +12,7 @@ namespace typodont::surface {
 /// Sums over the tangent planes of crossings. Points are relative to the centre that is passed to add().
 struct PlaneSums {
   double count = 0;
-  glm::dvec3 point{0};         // Σ p
+  glm::dvec3 point{0};         // Σ p, sum of the crossings' points
   std::array<double, 6> nn{};  // Σ n nᵀ: xx xy xz yy yz zz
   glm::dvec3 nd{0};            // Σ n (n·p)
   double dd = 0;               // Σ (n·p)²
