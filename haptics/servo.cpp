@@ -83,7 +83,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // the last pose of the proxy replaces an invalid pose
+                   : motion.X_WG;  // where the hand's pose is invalid, the last pose of the proxy replaces it
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {

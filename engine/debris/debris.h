@@ -33,7 +33,7 @@ struct CoarseField {
 /// A suction nozzle, which draws in air from all directions.
 struct Suction {
   glm::dvec3 p_W{0};     // m, frame W, position of the suction nozzle
-  double flow = 5e-3;    // m³/s; a dental high-volume suction draws about 300 l/min
+  double flow = 5e-3;    // m³/s, flow of air into the nozzle; a dental high-volume suction draws about 300 l/min
   double radius = 4e-3;  // m, radius of the nozzle; a particle at a smaller distance is removed
 };
 

@@ -19,8 +19,8 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
-constexpr double kMarkEdge = 0.01e-3;  // m, height of the ring's soft edge
-constexpr int kRingsPerTurn = 10;      // number of profile rings per turn of a thread
+constexpr double kMarkEdge = 0.01e-3;  // m, height of the soft edge of a depth mark's ring
+constexpr int kRingsPerTurn = 10;      // number of rings of mesh vertices per turn of a thread
 // number of corners around the axis; kHeadAround is divisible by 6, 8 and 12 flutes
 constexpr int kHeadAround = 72, kShaftAround = 36;
 

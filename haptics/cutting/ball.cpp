@@ -173,8 +173,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // These bounds are truncated to integers later. All values are positive, so adding 1 and truncating rounds them
-      // up.
+      // The bounds low and high of the changed samples are truncated to integers later. All values are positive, so
+      // adding 1 and truncating rounds them up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;

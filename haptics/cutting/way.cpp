@@ -76,7 +76,8 @@ struct Depth {
 struct Search {
   unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
   Points from, way;  // `from`: start positions of the samples; `way`: vectors of their paths; both in the head's frame
-  F8 a, b, s;        // fractions of the path: the maximum lies between a and b, and is searched at s
+  // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
+  F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
   I8 open;

@@ -35,8 +35,6 @@ struct Arm {
   double vibration_band = 0;    // Hz, largest vibration frequency that the arm can render
   double silence = 0;           // s, time without a write after which the watchdog sends zero force; 0: 1.8 ms
   double joint_speed = 30;      // rad/s, largest speed of the bodies; a faster motion is treated as a sensor error
-  // Values for the gravity compensation of the bodies B and C: masses, and distances of their centres of mass from
-  // their joints.
   // masses (kg) of the bodies B and C, and distances (m) of their centres of mass from their joints
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;
 

@@ -13,7 +13,7 @@ namespace typodont {
 
 /// Time after a touch in which the hand lands and bounces, s.
 inline constexpr double kPushLanding = 0.3;
-/// Force change from one tick to the next that a hand does not feel as a step, N.
+/// N, force change from one tick to the next; a hand does not feel a smaller change as a step.
 inline constexpr double kPushStep = 0.02;
 
 /// A hand that pushes: 0.15 kg, 5 N·s/m, 1 kHz.
@@ -40,7 +40,7 @@ struct ForceStep {
 /// largest excess over this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
-  double over = 0;  // N
+  double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
   PushSteps any;             // largest steps in all ticks

@@ -94,7 +94,8 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  glm::ivec3 lo, hi;  // bounds of the tissue and of its band
+  // voxels, bounds of the tissue and of its band (the samples near the surface that store distances)
+  glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
 }

@@ -31,7 +31,7 @@ struct BrickContour {
     std::uint16_t vertex;  // index of the cell's first patch
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
-  /// An edge that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
+  /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
   struct Edge {
     std::uint16_t cell : 12;
     std::uint16_t axis : 2;

@@ -106,7 +106,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // If a crease runs beside the edge, the samples on one side of one end lie on a plane.
+      // If a crease of the surface runs beside the edge of the grid, the samples on one side of one of the edge's ends
+      // lie on a plane.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

@@ -125,7 +125,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // Functions for filling instruments (filling.cpp).
+  // Functions for instruments that add filling to a cavity; they are defined in filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;

@@ -100,7 +100,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // The change of speed must also exceed the noise of one encoder count.
+  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness, and also the noise of
+  // one encoder count of the position.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);

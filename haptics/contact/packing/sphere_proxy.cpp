@@ -376,7 +376,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Returns the index of this contact in contacts_, or count_ if it is not there.
+/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue, or count_ if
+/// they have no contact.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;

@@ -10,9 +10,9 @@ namespace typodont::haptics {
 
 /// A contact at surface point x. The displacement Δp of the head must satisfy n·Δp ≥ -gap. Lengths in voxels.
 struct ContactPlane {
-  dvec3 x{0};        // point of the tissue's surface
+  dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
-  double gap = 0;    // distance between head and tissue at x, negative if they overlap
+  double gap = 0;    // voxels, distance between head and tissue at x, negative if they overlap
   // fraction 0..1 of the step's slack (depth that the head may sink) that this contact allows; below 1 if its tissue is
   // harder than the tissue being cut
   double yields = 1;

@@ -153,7 +153,8 @@ struct SampleBatches {
   // value (voxels) and gradient of the distance field at the present positions
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];
   F8 nx[kBatches], ny[kBatches], nz[kBatches];  // unit vectors in the direction of the gradients
-  // steep: true if the gradient is long enough; again: true if the point is to be moved further
+  // steep: true if the gradient is long enough for a step along it; again: true if the point has not yet reached the
+  // tissue's surface, so it must be moved further
   I8 steep[kBatches], again[kBatches];
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
