@@ -39,7 +39,7 @@ struct WaterPlan {
 /// Returns the water of a scene. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
-/// Mass balance of chips, droplets and film, kg. Masses that only the GPU knows are NaN.
+/// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // empty if there are no nozzles
@@ -74,13 +74,14 @@ class DebrisView {
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// The picture of the film for PictureStage::show_film; null without nozzles.
+  /// Returns the picture of the film for PictureStage::show_film; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
-  /// Adds to `work` the counts since the last call.
+  /// Adds to `work` the counts of computed droplets, film cells and texels since the last call.
   void count(WorkCounts& work);
-  /// The particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns them.
+  /// Returns the particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns
+  /// them.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
-  /// The particles in the renderer's format. The span is valid until the next call.
+  /// Returns the particles in the renderer's format. The span is valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
   /// Creates the chips of the waiting cuts and returns the mass balance. Call it at the end of the session. Masses that

@@ -7,12 +7,14 @@
 
 namespace typodont {
 
-/// Width of a pixel of an eye's picture on this rig's screen, m.
+/// Returns the width (m) of a pixel of an eye's picture on this rig's screen.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// Tolerance of the mesh in voxels if a pixel has the width `pixel` (m). An upper limit preserves the shapes.
+/// Returns the tolerance (voxels) of the tooth's mesh if a pixel has the width `pixel` (m). An upper limit preserves
+/// the shapes.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// Tolerance of the mesh in voxels, computed from the pixels of this rig's screen. It is used before the first picture.
+/// Returns the tolerance (voxels) of the tooth's mesh, computed from the pixels of this rig's screen. It is used before
+/// the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 

@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// True if the light that bodies exchange need not be computed again. A small motion of the lamp, which moves with the
-/// user, is ignored.
+/// Returns true if the light that bodies exchange need not be computed again, because the lamps differ only by a small
+/// motion with the user.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -71,7 +71,7 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // tolerance of the position: m; tolerance of half the angle: rad
+  // The tolerances are 1e-7 m for the position, and 2.5e-6 rad for half the angle.
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 

@@ -38,7 +38,7 @@ class SoftGumView {
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
-  /// A number that increases whenever a brick changes.
+  /// Returns a number that increases whenever a brick changes.
   std::uint64_t version() const { return version_; }
 
  private:

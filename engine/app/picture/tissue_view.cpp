@@ -73,7 +73,9 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    32;  // number of bricks per update; they take some milliseconds, so that new patches for the servo are not delayed
+    // number of bricks that one update meshes again; they take some milliseconds, so that new patches for the servo are
+    // not delayed
+    32;
 
 /// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
 /// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
@@ -102,7 +104,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const double voxel = volume.frame().voxel;
   // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance of further test points from this path
+  constexpr float kBeside = 2;  // voxels, distance of the four further test points from the line into the tissue
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -184,7 +186,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the loaded labels all coordinates are positive, so the conversion to integers rounds down.
+    // Within the loaded blocks of labels, all coordinates are positive, so the conversion to integers rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);

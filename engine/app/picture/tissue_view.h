@@ -54,7 +54,7 @@ class TissueView {
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// The mesher that meshes the distance field; empty if all tissues so far were meshes.
+  /// Returns the mesher that meshes the distance field; empty if all tissues so far were meshes.
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
