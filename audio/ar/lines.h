@@ -28,8 +28,8 @@ struct LineTrack {
   double variation() const;
   /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise next to
-  /// the line is so weak that both cases can be distinguished.
+  /// Returns true for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise
+  /// next to the line is so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }

@@ -76,8 +76,8 @@ std::filesystem::path volume_file(const Scene& scene);
 /// "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the mirror,
-/// and the result is false.
+/// Returns true if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the
+/// mirror, and the result is false.
 inline bool hand_holds_suction(const Scene& scene) {
   return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
 }
@@ -96,7 +96,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 void choose_model(Scene& scene, const std::string& name);
 /// Returns the name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
-/// True if pictures show triangles of the contact model, not of the volume's surface.
+/// Returns true if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
 /// Names of the scene's tools, in the order of the scene.

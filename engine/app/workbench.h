@@ -181,7 +181,7 @@ class Workbench {
   /// answer within 50 ms, this function releases all devices. stop() must still be called; it completes the recording.
   void emergency_stop();
 
-  /// True after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
+  /// Returns true after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();

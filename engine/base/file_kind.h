@@ -39,8 +39,8 @@ std::span<const std::string_view> endings_of(FileKind kind) noexcept;
 /// kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 
-/// True if a file of this kind may replace an existing file, which must be empty or of the same kind. `head` are the
-/// first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
+/// Returns true if a file of this kind may replace an existing file, which must be empty or of the same kind. `head`
+/// are the first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

@@ -23,7 +23,7 @@ class Ring {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  /// True if the next push() will succeed. Producer thread.
+  /// Returns true if the next push() will succeed. Producer thread.
   bool has_room() const noexcept { return queue_.write_available() > 0; }
   /// Removes the oldest value and copies it to `value`. Returns false if the ring is empty. Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }

@@ -11,7 +11,8 @@ namespace typodont {
 /// /dev/fd/63); otherwise no value.
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// True if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never replaced.
+/// Returns true if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never
+/// replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

@@ -105,7 +105,7 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// True for tissue that the trainee should keep: all tissue except caries and old fillings.
+/// Returns true for tissue that the trainee should keep: all tissue except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }

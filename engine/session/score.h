@@ -139,7 +139,7 @@ struct Score {
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// True if the item's fraction of its full points is less than the fraction of 100 points that the pass mark
+  /// Returns true if the item's fraction of its full points is less than the fraction of 100 points that the pass mark
   /// requires.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };

@@ -32,10 +32,10 @@ class SessionReader {
 
   const std::filesystem::path& file() const;
   const SessionHeader& header() const;
-  /// True if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording that
-  /// still runs.
+  /// Returns true if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording
+  /// that still runs.
   bool truncated() const;
-  /// True if another process is writing this file now.
+  /// Returns true if another process is writing this file now.
   bool being_recorded() const;
   const Lost& lost() const;
   /// Gaps in the recording, in order of time. The data before and after each gap can be read.

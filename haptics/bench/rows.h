@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// True if the bench measures the default contact model.
+/// Returns true if the bench measures the default contact model.
 inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }

@@ -84,7 +84,7 @@ double deepest(const SoftGumView& view, const Surroundings& around, const Surrou
   return most;
 }
 
-/// True if every brick of the view is that of the surroundings.
+/// Returns true if every brick of the view is that of the surroundings.
 bool as_made(const SoftGumView& view, const Surroundings& around) {
   for (const SoftGumView::Brick& brick : view.bricks()) {
     if (brick.version == 0) continue;

@@ -243,7 +243,7 @@ class Operator {
     }
   }
 
-  /// True if the request would discard the unsaved work of an author.
+  /// Returns true if the request would discard the unsaved work of an author.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,

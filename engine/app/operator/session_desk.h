@@ -42,8 +42,8 @@ class SessionDesk {
   /// Runs one step of the session. Returns kChanged if the trainee's picture changed or the clock shows the next
   /// second, and kOver if the session must be ended.
   Turn step();
-  /// True if nothing on the session's page, except the clock, has changed or will change without input. Valid after
-  /// step().
+  /// Returns true if nothing on the session's page, except the clock, has changed or will change without input. Valid
+  /// after step().
   bool at_rest() const { return at_rest_; }
   /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally.
   /// Returns the session's result if it must be scored without a recording. Returns null if there is a recording, or if

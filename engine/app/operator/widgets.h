@@ -69,12 +69,12 @@ ImVec4 score_color(double fraction, const session::PassMark& pass);
 /// true draws the button as the main action of the page.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
-/// True if the shortcut was pressed in this frame.
+/// Returns true if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
 /// Handles the shortcuts that are valid on all pages except the page of a running session.
 void page_shortcuts(OperatorState& s);
 
-/// True if the key was pressed in this frame. While a text field has the focus, keys for typing and editing are
+/// Returns true if the key was pressed in this frame. While a text field has the focus, keys for typing and editing are
 /// ignored.
 bool key(int code, bool control = false);
 

@@ -80,7 +80,7 @@ class ScanReview {
   /// present region.
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
-  /// True if the labels belong to the present region and preset.
+  /// Returns true if the labels belong to the present region and preset.
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
   /// The labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }

@@ -25,7 +25,8 @@ class StreamCheck {
   };
   /// The first difference; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// True if this tick can be compared. After the first gap, it cannot, because the recording lacks input of the servo.
+  /// Returns true if this tick can be compared. After the first gap, it cannot, because the recording lacks input of
+  /// the servo.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);

@@ -18,7 +18,7 @@ inline constexpr Tissue kNerve = Tissue::kPulp;
 constexpr bool is_bone(Tissue tissue) noexcept {
   return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
 }
-/// True for the hard tissues of a tooth.
+/// Returns true for the hard tissues of a tooth.
 constexpr bool is_tooth(Tissue tissue) noexcept {
   return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
 }

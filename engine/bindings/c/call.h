@@ -122,8 +122,8 @@ inline void require(bool holds, const char* text) {
 
 // largest possible size, in bytes, of a struct in any version of the interface
 constexpr std::uint32_t kLargestStruct = 4096;
-/// True if this version can use the host's struct, which may come from an older or a newer version. `first` is the size
-/// of the struct in the first release.
+/// Returns true if this version can use the host's struct, which may come from an older or a newer version. `first` is
+/// the size of the struct in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }

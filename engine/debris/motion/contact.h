@@ -55,7 +55,7 @@ inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W
   return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// True if the straight line from a to b passes the point c at a distance below `radius`.
+/// Returns true if the straight line from a to b passes the point c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);

@@ -55,7 +55,7 @@ std::filesystem::path journal_of(const std::filesystem::path& file);
 /// Returns false if there is no journal, or only an incomplete one that was being written when the power failed. In
 /// this case the file is complete without the journal.
 bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
-/// True if `file` has a complete journal.
+/// Returns true if `file` has a complete journal.
 bool has_journal(const std::filesystem::path& file);
 
 }  // namespace typodont::session

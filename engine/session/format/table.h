@@ -28,7 +28,7 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// True if the buffered rows complete a chunk of the file. They should then be written.
+  /// Returns true if the buffered rows complete a chunk of the file. They should then be written.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 

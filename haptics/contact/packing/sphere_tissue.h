@@ -112,7 +112,7 @@ class TriedCut {
     steps_.clear();
     complete_ = true;
   }
-  /// True if SphereTissue::make() can apply this cut, because all its changes were stored.
+  /// Returns true if SphereTissue::make() can apply this cut, because all its changes were stored.
   bool complete() const noexcept { return complete_; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const int> near, const dvec3& a, const dvec3& b, double r,
