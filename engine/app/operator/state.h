@@ -120,14 +120,14 @@ struct RuleChoice {
 /// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // true: the form has not yet been filled with values
+  bool fresh = true;  // true: the form has not yet been filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // text of the steps, one per line
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // true: the base scene has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal
+  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal of the exercise
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;

@@ -24,7 +24,7 @@ class StepWatcher {
   explicit StepWatcher(const session::Task& task) : task_(task) {}
 
   int count() const { return static_cast<int>(task_.steps.size()); }
-  /// Index of the first step that is not done; equal to count() if all steps are done.
+  /// Returns the index of the first step that is not done; equal to count() if all steps are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
   /// Returns true if an action completes the current step; false if a click completes it.

@@ -28,9 +28,9 @@ constexpr double kCanalReach = 25e-3;  // m, distance from the implant within wh
 constexpr double kGrid = 1e-3;
 constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the top of the ridge
 constexpr double kRidge = 10e-3;        // m, radius of the region in which the direction of the arch is estimated
-constexpr double kOutline = 0.8;        // pixels, half the width of an outline
+constexpr double kOutline = 0.8;        // pixels, half the width of the outlines of implant and canals in a section
 
-/// The distance between the surfaces of a nerve canal and of the planned implant, m.
+/// Returns the distance (m) between the surfaces of a nerve canal and of the planned implant.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
   return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
