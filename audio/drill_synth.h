@@ -55,7 +55,7 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
+  /// Returns the number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
   int active_filters() const noexcept;
 
  private:

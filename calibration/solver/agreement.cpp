@@ -390,8 +390,9 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr & Zisserman
-  /// 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the motion.
+  /// Returns the sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr
+  /// & Zisserman 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the
+  /// motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {

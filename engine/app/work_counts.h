@@ -46,7 +46,7 @@ std::array<WorkCount, 26> listed(const WorkCounts& counts);
 /// libraries.
 WorkCounts process_counts();
 
-/// Time since the command was started, s. The system measures it with a resolution of 10 ms.
+/// Returns the time since the command was started, s. The system measures it with a resolution of 10 ms.
 double seconds_since_command();
 
 /// Counts an allocation. Called by operator new of this program; other programs count no allocations. It costs one

@@ -129,7 +129,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Number of requests to the desktop so far; 0 if the picture is shown in another program's window.
+  /// Returns the number of requests to the desktop so far; 0 if the picture is shown in another program's window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -425,7 +425,7 @@ double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
-/// Text over the picture: the keys and states of the session, and the load of the device's motors.
+/// Returns the text over the picture: the keys and states of the session, and the load of the device's motors.
 std::string Workbench::Impl::hint() const {
   const session::Language language = options.language;
   const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
@@ -521,7 +521,8 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// Text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
+/// Returns the text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm,
+/// …".
 std::string Workbench::Impl::implant_line() const {
   const session::Language language = options.language;
   const session::ImplantTask& task = *scene.implant;

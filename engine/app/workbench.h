@@ -159,7 +159,7 @@ class Workbench {
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// The views of the running session; null if the session is not shown to an operator.
+  /// Returns the views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
   /// window, it replaces the trainee's picture. A size of 0 switches it off.
@@ -173,7 +173,7 @@ class Workbench {
   void drop_picture();
   /// Creates the pictures again on a new GPU device.
   void make_picture(gpu::Device& device);
-  /// The keys that were pressed in the last step(), with the codes of display::UserInput.
+  /// Returns the keys that were pressed in the last step(), with the codes of display::UserInput.
   const std::vector<int>& pressed() const;
   /// Sets the line of text below the picture in a steered session. It replaces the help about the keys.
   void say(const std::string& line);
@@ -192,7 +192,8 @@ class Workbench {
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
+  /// Returns the PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing
+  /// is drawn.
   PictureStage* stage();
 
   /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).

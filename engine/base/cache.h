@@ -17,7 +17,7 @@ namespace typodont::cache {
 /// in ~/.cache. The path is empty if none of these variables is set.
 std::filesystem::path folder();
 
-/// Hash of a file's content; no value if the file cannot be read.
+/// Returns the hash of a file's content; no value if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
 /// Adds the identity of this build of the program to a key, because another build may compute another result from the

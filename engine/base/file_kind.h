@@ -31,7 +31,7 @@ enum class FileKind {
   kLabels     // a volume with a tissue number for each voxel
 };
 
-/// Name of a kind of file in messages, for example "a session (.h5)".
+/// Returns the name of a kind of file in messages, for example "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
 /// File name extensions of a kind, in lower case and with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;

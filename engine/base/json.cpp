@@ -385,7 +385,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// Position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
+/// Returns the position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

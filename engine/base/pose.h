@@ -31,8 +31,8 @@ inline Pose inverse(const Pose& X_AB) {
   return {R_BA * -X_AB.p, R_BA};
 }
 
-/// Pose between a and b: the position lies on a straight line and the rotation is a slerp. s = 0 gives a, and s = 1
-/// gives b.
+/// Returns the pose between a and b: the position lies on a straight line and the rotation is a slerp. s = 0 gives a,
+/// and s = 1 gives b.
 inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
@@ -49,7 +49,7 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// Angle between the rotations a and b, in rad, from 0 to π.
+/// Returns the angle between the rotations a and b, in rad, from 0 to π.
 inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }

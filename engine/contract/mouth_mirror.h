@@ -28,8 +28,8 @@ inline double magnification(const MouthMirror& mirror) {
 // Diameter in m of a mirror of size 4, which is used if the scene states no size. Size 5 has 24 mm.
 inline constexpr double kDefaultMirrorDiameter = 22e-3;
 
-/// Pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis of T points
-/// along the handle, and its origin is the middle of the glass.
+/// Returns the pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis
+/// of T points along the handle, and its origin is the middle of the glass.
 inline Pose mirror_in_tool() {
   return {{0, 0, 0}, rotation_between(dvec3(std::sqrt(0.5), 0, std::sqrt(0.5)), dvec3(0, 0, 1))};
 }

@@ -24,7 +24,7 @@ struct SpherePacking {
   PerTissue solid_volume{};       // m³, volume of each tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
-  /// Volume of the spheres in each tissue, m³.
+  /// Returns the volume of the spheres in each tissue, m³.
   PerTissue sphere_volume() const {
     PerTissue sum{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -33,7 +33,7 @@ struct SpherePacking {
     }
     return sum;
   }
-  /// Fraction of the tissue's volume that the spheres fill, 0 to 1.
+  /// Returns the fraction of the tissue's volume that the spheres fill, 0 to 1.
   double coverage() const {
     double spheres = 0, solid = 0;
     for (const double v : sphere_volume()) spheres += v;

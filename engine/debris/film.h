@@ -77,7 +77,7 @@ class Film {
   /// Adds a load to the cell nearest to the point. If the nearest cell is farther away than two spacings, the load is
   /// counted as run_off.
   void deposit(const glm::dvec3& p_W, const Load& load);
-  /// Height in m of the water at a point; 0 if there is no cell at the point.
+  /// Returns the height in m of the water at a point; 0 if there is no cell at the point.
   double water_at(const glm::dvec3& p_W) const;
   /// Removes the film that the bur throws off: the fraction `share` of the load of all cells within `reach` (m) of the
   /// point. Returns the removed load.

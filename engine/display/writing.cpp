@@ -272,8 +272,8 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The glyph's box is
-/// higher, because it has a margin.
+/// Returns the height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The
+/// glyph's box is higher, because it has a margin.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {

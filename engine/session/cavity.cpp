@@ -146,7 +146,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Distance in voxels from p along `direction` to the last point inside the tissue.
+/// Returns the distance in voxels from p along `direction` to the last point inside the tissue.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -260,8 +260,8 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Smallest width of the cavity in voxels, measured across its longer axis at the height `w` along `axes.w`. The two
-/// ends of the cavity are excluded.
+/// Returns the smallest width of the cavity in voxels, measured across its longer axis at the height `w` along
+/// `axes.w`. The two ends of the cavity are excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
   // Computes the outline of the removed tissue as seen along the opening's axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;

@@ -29,8 +29,8 @@ struct DenseField {
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
-/// Fraction of a voxel's volume that lies inside a surface at the signed distance `distance` (voxels) from the voxel's
-/// centre.
+/// Returns the fraction of a voxel's volume that lies inside a surface at the signed distance `distance` (voxels) from
+/// the voxel's centre.
 double fraction_inside(double distance);
 
 /// Computes true distances from a field that is correct only near its surface, as a field is after cuts. The closest

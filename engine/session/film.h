@@ -39,7 +39,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
+/// Returns the path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

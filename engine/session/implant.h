@@ -24,10 +24,10 @@ inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforat
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m
-  /// Distance from a point to the surface of the cylinder in m, negative inside.
+  /// Returns the distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// Smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more, it is at
-  /// most 1 µm too large.
+  /// Returns the smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more,
+  /// it is at most 1 µm too large.
   double distance(std::span<const dvec3> path_W) const;
 };
 
@@ -86,11 +86,11 @@ class ImplantMeter {
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// Index of the present phase. After the last phase it equals the number of phases.
+  /// Returns the index of the present phase. After the last phase it equals the number of phases.
   std::size_t phase() const { return phase_; }
-  /// The note that the trainee sees now.
+  /// Returns the note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// Depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
+  /// Returns the depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // °C, temperature of the bone at the drill
   const ImplantTask& task() const { return task_; }

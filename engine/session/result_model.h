@@ -41,7 +41,7 @@ struct ModelView {
   dvec3 look_W{0, 0, -1}, up_W{0, 1, 0};
 };
 
-/// An oblique view from above, as in the first picture of the report. `axis_W` points out of the opening.
+/// Returns an oblique view from above, as in the first picture of the report. `axis_W` points out of the opening.
 ModelView angled_view(const dvec3& axis_W);
 
 /// Draws a picture with three bytes per pixel (sRGB), top row first. `ground` is the grey value of the background, 0 to

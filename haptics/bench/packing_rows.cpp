@@ -52,7 +52,8 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are counted.
+/// Returns the volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are
+/// counted.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -85,7 +86,7 @@ class PackedMethod final : public ContactMethod {
   Parameters parameters_;
 };
 
-/// A block of bone with a socket that is 0.5 mm wider than the reamer.
+/// Returns a block of bone with a socket that is 0.5 mm wider than the reamer.
 DenseTissue socket_field() {
   return read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone",
       "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},

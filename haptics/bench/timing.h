@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Time in ns that two readings of the clock take. It is subtracted from measured times.
+/// Returns the time in ns that two readings of the clock take. It is subtracted from measured times.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {

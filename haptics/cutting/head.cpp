@@ -279,9 +279,9 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// The `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a single
-  /// piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group begins at
-  /// `first_voxel`.
+  /// Returns the `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a
+  /// single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
+  /// begins at `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;

@@ -40,7 +40,7 @@ struct Arm {
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
-  /// Largest number of counts by which encoder i can change in dt seconds.
+  /// Returns the largest number of counts by which encoder i can change in dt seconds.
   std::int64_t reach(int i, double dt) const;
 };
 
@@ -53,8 +53,8 @@ using Counts = std::array<std::int64_t, 6>;
 dvec3 body_angles(const Arm& arm, const Counts& counts);
 /// Returns the angles (rad) of the stylus joints D, E, F. They are invalid if the stylus has no encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources contradict
-/// each other.
+/// Returns the pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources
+/// contradict each other.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
 /// Jacobian of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.

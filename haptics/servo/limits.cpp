@@ -17,10 +17,10 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// The part of a force change that is held back, N. `change`: N, size of the change, above the limit drilling_slew. By
-/// laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's spring, also where
-/// this displacement turns the force without increasing it. A force that lags behind the hand resists too little on the
-/// way in and too much on the way back, and both reduce the ledger's energy.
+/// Returns the part of a force change that is held back, N. `change`: N, size of the change, above the limit
+/// drilling_slew. By laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's
+/// spring, also where this displacement turns the force without increasing it. A force that lags behind the hand
+/// resists too little on the way in and too much on the way back, and both reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);

@@ -121,7 +121,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// The results of the hands with these laws, by seed.
+/// Returns the results of the hands with these laws, by seed.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

@@ -42,8 +42,8 @@ double difference(const render::Picture& fine, const render::Picture& coarse) {
   return std::sqrt(sum / (3.0 * coarse.size.x * coarse.size.y));
 }
 
-/// Mean of |a − 2 b + c| over all pixels, where a, b, c are the luma values of three consecutive frames, 0 to 255. A
-/// steady change of brightness gives 0; flicker gives a large value.
+/// Returns the mean of |a − 2 b + c| over all pixels, where a, b, c are the luma values of three consecutive frames, 0
+/// to 255. A steady change of brightness gives 0; flicker gives a large value.
 double second_difference(const render::Picture& a, const render::Picture& b, const render::Picture& c) {
   const auto luma = [](const std::uint8_t* p) { return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]; };
   double sum = 0;

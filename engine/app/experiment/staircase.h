@@ -28,7 +28,7 @@ struct StaircaseRule {
   double step = 1.2;        // ratio between two levels after the first `coarse` reversals
   int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
 
-  /// Fraction of right answers at the level where the staircase settles.
+  /// Returns the fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -49,8 +49,8 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Number of reversals so far. A reversal is a change from falling to rising levels, or from rising to falling
-  /// levels.
+  /// Returns the number of reversals so far. A reversal is a change from falling to rising levels, or from rising to
+  /// falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
   /// Geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number of
   /// reversals is used. 0 if there are too few reversals.

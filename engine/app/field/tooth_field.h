@@ -21,14 +21,14 @@ class ToothField {
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// Signed distance from the position to the surface, m, negative inside. It is interpolated linearly between samples.
-  /// If no surface is near, it is band + reach.
+  /// Returns the signed distance from the position to the surface, m, negative inside. It is interpolated linearly
+  /// between samples. If no surface is near, it is band + reach.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Tissue directly below the surface point that is nearest to the position.
+  /// Returns the tissue directly below the surface point that is nearest to the position.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// Fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a cubic
-  /// B-spline.
+  /// Returns the fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a
+  /// cubic B-spline.
   std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:

@@ -48,7 +48,7 @@ class LivePicture {
   void begin() { last_turn_ = now(); }
   /// Stage of the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// The views for teaching; null after close() was called.
+  /// Returns the views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
   /// Returns the mass balance of the debris. Call it at the end of the session.
   std::optional<DebrisBalance> settle_debris();

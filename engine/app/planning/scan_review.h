@@ -44,8 +44,8 @@ class ScanReview {
   void look_at(const dvec3& p_F);
   /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
-  /// Width of the shown part of each section, m: from 10 mm to the size of the whole scan. After a change, the
-  /// crosshair is in the middle of each section.
+  /// Returns the width of the shown part of each section, m: from 10 mm to the size of the whole scan. After a change,
+  /// the crosshair is in the middle of each section.
   double width() const { return width_; }
   double whole_width() const { return whole_; }
   void set_width(double width);
@@ -134,7 +134,7 @@ class ScanReview {
   std::uint64_t changes_ = 0;
 };
 
-/// Colour in which the label of a tissue is drawn over the grey values, sRGB 0..255.
+/// Returns the colour in which the label of a tissue is drawn over the grey values, sRGB 0..255.
 glm::dvec3 label_color(Tissue tissue);
 
 }  // namespace typodont

@@ -33,7 +33,7 @@ class SurfacePicture {
 
   /// Draws a square picture of the surface. After that, at() refers to this picture.
   render::Picture draw(int pixels);
-  /// The point of the surface that the last picture shows at `place`; empty if there is no surface.
+  /// Returns the point of the surface that the last picture shows at `place`; empty if there is no surface.
   std::optional<dvec3> at(const dvec2& place) const;
   /// The position in the picture at which the present view shows the point.
   dvec2 place_of(const dvec3& p) const;

@@ -23,7 +23,7 @@ class StreamCheck {
     std::uint64_t tick;  // index of the tick in which the difference appeared
     std::string what;    // description of the difference, for example "force at tick 12"
   };
-  /// The first difference; empty if there is none so far.
+  /// Returns the first difference; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
   /// Returns true if this tick can be compared. After the first gap, it cannot, because the recording lacks input of
   /// the servo.

@@ -36,11 +36,11 @@ class SessionPlayer {
   /// Moves to the time t, s. A move forward applies the cuts in between. A move backward undoes all strokes that end
   /// after t, and repeats the part of the earliest of them that lies before t.
   void seek(double t);
-  /// The last tick at or before the present time.
+  /// Returns the last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
-  /// The cuts that the last seek() applied when it moved forward. The picture creates chips from them.
+  /// Returns the cuts that the last seek() applied when it moved forward. The picture creates chips from them.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
-  /// Pose of the second hand at the present time; empty if the session has none.
+  /// Returns the pose of the second hand at the present time; empty if the session has none.
   std::optional<OtherHand> other_hand() const;
   /// State of water and suction at the present time. If it was not recorded, it is the state at the start of the scene.
   WaterSwitch water() const;
@@ -68,7 +68,7 @@ class SessionPlayer {
   void go_back(Nanos t);
   void go_on(Nanos t);
 
-  /// The recorded stream of this name; null if there is none.
+  /// Returns the recorded stream of this name; null if there is none.
   const session::StreamData* stream(std::string_view name) const;
 
   session::SessionReader session_;

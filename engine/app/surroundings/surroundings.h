@@ -65,8 +65,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// Builds the meshes of a scene's surroundings (Scene::surroundings). The result is empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has none, or if
-/// they are not monitored.
+/// Returns the surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has
+/// none, or if they are not monitored.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

@@ -45,7 +45,7 @@ BoneGrey load_bone_grey();
 struct NerveCanal {
   std::vector<dvec3> path_W;  // m, points of the canal's axis
   double radius = 0;          // m, radius of the nerve canal
-  /// Distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
+  /// Returns the distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
   double distance(const dvec3& p_W) const;
 };
 NerveCanal read_nerve_canal(const Json& tissue);

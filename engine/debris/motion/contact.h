@@ -48,7 +48,7 @@ class Contact {
   std::array<double, 4> x_{};  // distances interpolated along x
 };
 
-/// Mean velocity, in m/s, of the air at a point during one step.
+/// Returns the mean velocity, in m/s, of the air at a point during one step.
 inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);

@@ -33,7 +33,7 @@ void move(const Motion& motion, std::size_t first, std::size_t last, float dt, c
 /// step.
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
-/// Mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
+/// Returns the mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 
 /// Computes keep = 1/(1 + rate·dt) for a new step length dt.

@@ -53,7 +53,7 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
+/// Returns the text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
 std::string tissue_labels();
 /// Bits and names of the faults: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();

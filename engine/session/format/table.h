@@ -33,7 +33,7 @@ class Table {
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Number of rows that were written since the last commit(). A power cut would lose them.
+  /// Returns the number of rows that were written since the last commit(). A power cut would lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }

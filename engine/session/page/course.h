@@ -39,7 +39,7 @@ Course course_of(const SessionReader& session);
 ScoreInput input_of(const SessionReader& session, const Course& course);
 /// Computes the score with the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Name of the scene in the recording; empty if the recording has none.
+/// Returns the name of the scene in the recording; empty if the recording has none.
 std::string scene_name_of(const SessionReader& session);
 /// Title of the task in the session's scene; empty if there is none.
 TaskText task_title_of(const SessionReader& session);

@@ -56,7 +56,7 @@ class MeshLodModel final : public ContactModel {
   /// Returns true for a bur that is not a ball: contact is then computed for its whole head. For other tools, contact
   /// is computed for a ball, or for the point at the tool's free end.
   static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
-  /// The meshes of the present tissue, finest level first.
+  /// Returns the meshes of the present tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
