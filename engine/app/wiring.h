@@ -61,7 +61,7 @@ struct RecordState {
   bool disk_low = false, failed = false;  // disk_low: the disk is nearly full; failed: recording has stopped
 };
 
-/// The latest sample of a headset's controller.
+/// The latest sample of the headset's controller that moves the tool.
 struct XrHandSample {
   Pose X_WT;
   double pedal = 0;      // 0..1, position of the trigger

@@ -42,7 +42,7 @@ constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
-  dvec3 n{0};              // unit normal, pointing out of the tissue
+  dvec3 n{0};              // unit normal of the facet, pointing out of the tissue
   double area = 0;         // voxels², area of the facet
   std::size_t inside = 0;  // index of the sample next to the facet that lies inside the tissue
 };

@@ -81,7 +81,7 @@ struct ImplantMeasures {
   double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
   double over_force = 0;             // s, time for which the force was above its limit
   double hottest = HeatModel::body;  // °C, highest temperature
-  double phases_done() const;        // fraction of the phases that are complete, 0..1
+  double phases_done() const;        // returns the fraction of the phases that are complete, 0..1
 };
 
 }  // namespace typodont::session

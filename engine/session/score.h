@@ -147,7 +147,8 @@ struct Score {
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Default target of a measure, used if neither a rule nor an ideal states one. No value if there is no default.
+/// Returns the default target of a measure, used if neither a rule nor an ideal states one. No value if there is no
+/// default.
 std::optional<double> default_target(std::string_view score_name);
 
 /// Returns the rules for a scene that states no rules.
@@ -158,7 +159,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// ideal, the default target is used. If the ideal itself would miss a default target, the ideal's value replaces that
 /// target. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// Reads the same keys from the block "task", which may also have other keys.
+/// Reads the same keys as rules_from() from the block "task" of a scene, which may also have other keys.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
 /// Checks names, kinds and ranges of the rules. This needs no session. Throws Error.
 void check_rules(const Json& block);

@@ -279,8 +279,8 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Returns the `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a
-  /// single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
+  /// Narrows the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its samples.
+  /// If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
   /// begins at `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);

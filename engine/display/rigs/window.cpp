@@ -172,7 +172,7 @@ class Window final : public Output {
     glfwGetWindowSize(window_, &size.x, &size.y);
     glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 middle = at + size / 2 - lo;
-    // returns, because the window is on another monitor
+    // nothing to do, because the window is on another monitor
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 fits = glm::min(size, room - kTitle);

@@ -55,7 +55,7 @@ const std::vector<Column<PatchUse>>& patch_columns();
 
 /// Returns the text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// Bits and names of the faults: "1 bad_input, 2 stale_patch, …".
+/// Returns the bits and names of the faults: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

@@ -49,7 +49,7 @@ class Journal {
   std::string failure_;
 };
 
-/// Path of the journal of `file`, for example "s.h5.journal".
+/// Returns the path of the journal of `file`, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
 /// Writes the changes from the journal of `file` to `target` (`file` itself or a copy of it) and syncs the target.
 /// Returns false if there is no journal, or only an incomplete one that was being written when the power failed. In

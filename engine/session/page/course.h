@@ -41,7 +41,7 @@ ScoreInput input_of(const SessionReader& session, const Course& course);
 Score score_of(const SessionReader& session, const ScoreInput& input);
 /// Returns the name of the scene in the recording; empty if the recording has none.
 std::string scene_name_of(const SessionReader& session);
-/// Title of the task in the session's scene; empty if there is none.
+/// Returns the title of the task in the session's scene; empty if there is none.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session
