@@ -21,7 +21,7 @@ namespace {
 using display::BenchPlan;
 using display::BenchSpec;
 
-constexpr double kPoint = 72 / 25.4;                             // points per millimetre of paper
+constexpr double kPoint = 72 / 25.4;  // number of points (the drawing's unit of length) per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
 constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
 

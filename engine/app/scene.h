@@ -69,7 +69,7 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// Path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
+/// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
 /// Reads a mouth mirror with the keys {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog",

@@ -29,9 +29,11 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
 constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws in which drills land with steps
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-constexpr double kSpring = 1.1 * 1000;           // N/m: a spring of 1 N/mm, with a tolerance for the damper
-constexpr double kSeconds = 2.5;                 // s, duration of a random hand
-constexpr std::size_t kFreeTicks = 30;           // a contact after so many free ticks is a new touch
+// N/m, stiffness of the spring that defines a step: 1 N/mm, with a tolerance for the damper
+constexpr double kSpring = 1.1 * 1000;
+constexpr double kSeconds = 2.5;  // s, duration of a random hand
+// number of ticks; a contact after at least this many ticks without contact is a new touch
+constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
   return parse_scene(

@@ -11,12 +11,12 @@
 
 namespace typodont {
 
-/// Time after a touch in which the hand lands and bounces, s.
+/// s, time after a touch in which the hand still lands and bounces.
 inline constexpr double kPushLanding = 0.3;
 /// N, force change from one tick to the next; a hand does not feel a smaller change as a step.
 inline constexpr double kPushStep = 0.02;
 
-/// A hand that pushes: 0.15 kg, 5 N·s/m, 1 kHz.
+/// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
 struct PushHand {
   std::string tool, spindle;
   double push = 0;  // N, force of the push, along -z of frame W

@@ -46,7 +46,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // limit of the number of attempts for a session whose process died
+constexpr int kTries = 2;  // largest number of attempts for a session whose process died
 
 /// Reads the keys "task" and "score" of a scene file. They replace the keys of a recorded scene. An empty result means
 /// that the recorded rules are used.

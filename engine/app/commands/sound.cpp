@@ -31,7 +31,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // NaN does not fulfil this condition, so it is refused
+  if (value >= low && value <= high) return;  // the condition is false for NaN, so NaN is refused
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 

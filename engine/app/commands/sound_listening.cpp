@@ -69,7 +69,8 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   return {y.begin(), y.end()};
 }
 
-constexpr double kSameTone = 0.01;  // ratio, limit of the relative difference of two frequencies that count as one tone
+// ratio; two frequencies whose relative difference is smaller than this count as one tone
+constexpr double kSameTone = 0.01;
 
 void run_page(const PageCommand& c) {
   if (!(c.seconds >= 0.1 && c.seconds <= 60)) throw Error("--seconds", "", fmt::to_string(c.seconds), "0.1 to 60");

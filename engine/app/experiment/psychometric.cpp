@@ -126,7 +126,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Derivative of the log-likelihood by the lapse rate.
+  /// Returns the derivative of the log-likelihood with respect to the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {

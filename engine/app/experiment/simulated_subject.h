@@ -29,8 +29,8 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// Nominal difference second − first, in the unit of the question. A difference in % is relative to the smaller
-/// stimulus.
+/// Returns the nominal difference second − first of a trial, in the unit of the question. A difference in % is relative
+/// to the smaller stimulus.
 double nominal_difference(const Trial& trial);
 
 /// Measured properties of the force that a hand felt during one stimulus.

@@ -22,7 +22,7 @@ struct StaircaseRule {
   /// 0.5^(1/down) right answers.
   int down = 2;
   double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
-  double start = 50;          // first level, in the experiment's unit
+  double start = 50;          // first level (difference between the stimuli), in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
   double step = 1.2;        // ratio between two levels after the first `coarse` reversals
@@ -52,8 +52,8 @@ class Staircase {
   /// Returns the number of reversals so far. A reversal is a change from falling to rising levels, or from rising to
   /// falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number of
-  /// reversals is used. 0 if there are too few reversals.
+  /// Returns the geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number
+  /// of reversals is used. 0 if there are too few reversals.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

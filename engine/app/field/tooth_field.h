@@ -16,7 +16,7 @@ class ToothField {
   /// volume stores distances, with an error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Lower corner of the box around the surface and its band, m, frame W.
+  /// Returns the lower corner (m, frame W) of the box around the surface and its band.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }

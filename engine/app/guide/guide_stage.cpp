@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, wait after a cue; it is longer than every cue
+  static constexpr double kLength = 0.2;  // s, wait after a cue (a short sound); it is longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);

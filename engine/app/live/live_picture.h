@@ -46,7 +46,7 @@ class LivePicture {
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
-  /// Stage of the trainee's picture; null if this computer does not draw it.
+  /// Returns the stage of the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
   /// Returns the views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
@@ -62,7 +62,7 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Receives the carver's changes since the last call.
+  /// Receives the changes of the tissue that the carver made since the last call.
   void collect();
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
   /// `tick` receives the latest tick.
@@ -86,17 +86,18 @@ class LivePicture {
   bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
-  double suction_flow() const;  // m³/s, flow of the suction; 0 if it is off
+  double suction_flow() const;  // returns the flow of the suction (m³/s); 0 if it is off
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Upper bound of the time at which the first picture appeared on the screen; 0 if no picture was shown.
+  /// Returns an upper bound of the time (ns) at which the first picture appeared on the screen; 0 if no picture was
+  /// shown.
   Nanos first_shown() const { return first_shown_; }
-  /// Smoothed times in s: drawing time of a frame, interval between two frames, and estimated latency from hand to
-  /// screen.
+  /// The next functions return smoothed times (s): drawing time of a frame, interval between two frames, and estimated
+  /// latency from hand to screen.
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
   double photon_seconds() const { return photon_seconds_; }

@@ -166,7 +166,7 @@ class StreamTurns {
   const Nanos interval_;
   std::vector<std::string> tools_;
   bool begun_ = false;
-  Nanos told_ = 0;  // time at which the last state was published
+  Nanos told_ = 0;  // ns, time at which the last state was published
   ServoTick tick_;  // the latest tick that the ring contained
 };
 

@@ -42,7 +42,7 @@ class StreamCheck {
 
   const session::SessionReader& session_;
   std::uint64_t last_tick_;  // index of the last tick before the recording's first gap
-  std::uint64_t now_ = 0;    // index of the latest tick
+  std::uint64_t now_ = 0;    // index of the latest tick that was passed to tick()
   std::size_t cut_ = 0;      // index of the next recorded cut
   std::optional<Difference> difference_;
 };
