@@ -50,7 +50,7 @@ struct FitOptions {
 /// Agreement of a model with the held-out part of the recording.
 struct HeldOut {
   double from = 0, to = 0;  // s, begin and end of the held-out part in the recording
-  double distance_dB = 0;   // log-spectral distance to the model's expected spectrum
+  double distance_dB = 0;   // dB, log-spectral distance between the held-out part and the model's expected spectrum
   // dB, expected distance if the held-out part had exactly the model's spectrum. It is not 0, because a spectrum that
   // is estimated from a short sound has an error.
   double chance_dB = 0;

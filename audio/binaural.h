@@ -56,7 +56,8 @@ class Binaural {
     double delay = 0, wanted_delay = 0;
     // `shadow`: present factor α of the head's shadow; `wanted_shadow`: factor that `shadow` approaches
     double shadow = 1, wanted_shadow = 1;
-    float before = 0, after = 0;  // previous input and previous output of the shadow's filter
+    // previous input (`before`) and previous output (`after`) of the filter of the head's shadow
+    float before = 0, after = 0;
   };
   float read(double delay) const noexcept;
 

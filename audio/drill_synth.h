@@ -33,8 +33,8 @@ struct SynthOptions {
   bool lower_order = false;
 };
 
-/// Used by one thread at a time (the audio callback's thread, or the offline renderer's). Only the constructor
-/// allocates.
+/// Synthesizes the sound of a drill sample by sample. Used by one thread at a time (the audio callback's thread, or the
+/// offline renderer's). Only the constructor allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});

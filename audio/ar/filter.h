@@ -10,9 +10,9 @@
 
 namespace typodont::audio {
 
-/// Condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and residual.
-/// Rounding errors act on the direct recursion like an additional excitation whose ratio to the true excitation is
-/// the machine epsilon times this number.
+/// Returns the condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and
+/// residual. Rounding errors act on the direct recursion like an additional excitation whose ratio to the true
+/// excitation is the machine epsilon times this number.
 double direct_form_condition(const ArModel& model);
 
 /// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].

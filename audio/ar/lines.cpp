@@ -249,8 +249,9 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
     // The frequency of the line is assumed to have a normal distribution. For each of several frequencies of this
-    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form.
-    // number of frequencies; they are evenly spaced from −2 to 2 standard deviations around the line's mean frequency
+    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form. kPoints:
+    // number of these frequencies, which are evenly spaced from −2 to 2 standard deviations around the line's mean
+    // frequency.
     constexpr int kPoints = 9;
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

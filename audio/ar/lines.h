@@ -18,15 +18,15 @@ struct LineTrack {
   std::vector<double> deviation;  // Hz, deviation of the line's frequency from its mean frequency
 
   double mean_amplitude() const;
-  /// Variances that the noise in the band would cause without any fluctuation of the line. The first function gives the
-  /// variance of the amplitude, divided by the square of its mean; the second gives the variance of the frequency
-  /// (Hz²).
+  /// The two functions return the variances that the noise in the band would cause without any fluctuation of the line.
+  /// The first function gives the variance of the amplitude, divided by the square of its mean; the second gives the
+  /// variance of the frequency (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
-  /// Standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow
-  /// band.
+  /// Returns the standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a
+  /// narrow band.
   double variation() const;
-  /// variation() without the contribution of the noise next to the line.
+  /// Returns variation() without the contribution of the noise next to the line.
   double own_variation() const;
   /// Returns true for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise
   /// next to the line is so weak that both cases can be distinguished.

@@ -22,7 +22,8 @@ class InterpolationKernels {
   /// Returns the signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 …
   /// reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  int reach(double speed) const noexcept;  // number of samples that read() uses on each side
+  // returns the number of samples that read() uses on each side of the position
+  int reach(double speed) const noexcept;
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:

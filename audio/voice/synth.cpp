@@ -28,10 +28,9 @@ constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 constexpr double kRunUp = 0.4;
 // s, time constant of the run-down from free speed, measured in the same recording as kRunUp
 constexpr double kRunDown = 1.25;
-// limit, as a ratio to the free speed: a larger change of the speed between two ticks is caused by switching, not by
-// load
+// ratio to the free speed; a larger change of the speed between two ticks is caused by switching, not by load
 constexpr double kJump = 0.5;
-// limit of the spindle's speed, as a ratio to the free speed; below it the drill is silent
+// ratio of the spindle's speed to the free speed; below it the drill is silent
 constexpr double kAtRest = 0.03;
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
@@ -281,7 +280,8 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        // speed^3.75; the exponent was measured in a recorded run-down, see the README
+        // the amplitude of the idle sound, speed^3.75; the exponent was measured in a recorded run-down
+        // (audio/README.md)
         rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }

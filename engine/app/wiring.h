@@ -173,7 +173,7 @@ struct Wiring {
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
   // From the servo thread to the drawing thread: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // From the drawing thread to the recorder thread, after each change: the position of the eyes
+  // From the drawing thread to the recorder thread, after each change: the position of the eyes, and the view
   Ring<SeenFrom> seen_to_recorder{1 << 10};
   // From the second hand's thread to the drawing thread and the recorder thread: the pose of the mouth mirror
   Latest<MouthMirror> mouth_mirror;

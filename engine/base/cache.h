@@ -13,8 +13,8 @@
 
 namespace typodont::cache {
 
-/// Path of the cache folder: $TYPODONT_CACHE if this variable is set, else the folder typodont/ in $XDG_CACHE_HOME or
-/// in ~/.cache. The path is empty if none of these variables is set.
+/// Returns the path of the cache folder: $TYPODONT_CACHE if this variable is set, else the folder typodont/ in
+/// $XDG_CACHE_HOME or in ~/.cache. The path is empty if none of these variables is set.
 std::filesystem::path folder();
 
 /// Returns the hash of a file's content; no value if the file cannot be read.

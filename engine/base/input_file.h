@@ -26,9 +26,9 @@ void remember_inputs() noexcept;
 /// an input. A directory, device, FIFO, socket or terminal is refused without opening it. Returns the file's size in
 /// bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// Same as require_input(), but returns all bytes of the file.
+/// Checks the file as require_input() does, and returns all its bytes.
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// Same as require_input(), but returns a binary stream at the file's beginning.
+/// Checks the file as require_input() does, and returns a binary stream at the file's beginning.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
 /// Returns the remembered input that is the same file as `file`, or no value if there is none. Two names mean the same

@@ -67,7 +67,7 @@ class Reader {
   // limit of nested arrays and objects; to destroy a deeper document would overflow the stack
   static constexpr int kDeepest = 200;
 
-  /// Column of the parser's present position, in characters, counted from 1.
+  /// Returns the column of the parser's present position, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
     // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0

@@ -49,8 +49,9 @@ class Json {
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;                                    // value of an array [x, y, z]
-  std::vector<double> numbers(std::size_t count) const;  // elements of an array that must have exactly `count` numbers
+  dvec3 vec3() const;  // returns the value of an array [x, y, z] of three numbers
+  // returns the elements of an array that must have exactly `count` numbers
+  std::vector<double> numbers(std::size_t count) const;
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
                    double max = std::numeric_limits<double>::infinity()) const;

@@ -37,7 +37,7 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
 
-/// The shortest rotation that rotates unit vector `from` into unit vector `to`.
+/// Returns the shortest rotation that rotates the unit vector `from` into the unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
   if (c < -1.0 + 1e-12) {  // the directions are opposite, so any perpendicular axis is correct
@@ -54,8 +54,8 @@ inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// Upper bound, in m, of the distance that a point of a body moves if the body's frame moves from a to b. The point
-/// lies within `reach` (m) of the frame's origin.
+/// Returns an upper bound (m) of the distance that a point of a body moves if the body's frame moves from a to b. The
+/// point lies within `reach` (m) of the frame's origin.
 inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }

@@ -11,16 +11,16 @@ namespace typodont {
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror
-  double fog = 0;       // 0 (clear) to 1 (completely fogged)
+  double fog = 0;       // fog on the glass, 0 (clear) to 1 (completely fogged)
   double focal = 0;     // m, focal length of a concave, magnifying mirror; 0 if the mirror is plane
 };
 
-// Distance in m from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its
+// m, distance from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its
 // magnification at this distance.
 inline constexpr double kMirrorWorkDistance = 15e-3;
 
-/// Magnification of the upright virtual image of an object at the distance kMirrorWorkDistance: 1 / (1 − distance /
-/// focal length).
+/// Returns the magnification of the upright virtual image of an object at the distance kMirrorWorkDistance: 1 / (1 −
+/// distance / focal length).
 inline double magnification(const MouthMirror& mirror) {
   return mirror.focal > 0 ? 1 / (1 - kMirrorWorkDistance / mirror.focal) : 1;
 }

@@ -95,7 +95,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
 
 /// A particle as the renderer draws it.
 struct DebrisPoint {
-  glm::vec3 p_W{0};              // m, position
+  glm::vec3 p_W{0};              // m, frame W, position of the particle
   float diameter = 0;            // m, diameter of a ball that has the particle's remaining mass
   Tissue tissue = Tissue::kAir;  // tissue of a chip; kAir for a droplet of water
   float chip = 0;                // m, diameter of one chip; the finest chips are drawn as mist
@@ -118,16 +118,16 @@ class Debris {
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;
 
   std::size_t alive() const noexcept;
-  double time() const noexcept;  // s, sum of all steps so far
+  double time() const noexcept;  // returns the sum (s) of all steps so far
   DebrisLedger ledger() const noexcept;
   /// Writes the living particles into `points`, oldest first, and returns their number. One thread.
   std::size_t write_points(std::span<DebrisPoint> points) const noexcept;
-  /// Velocity, in m/s, of the particle that write_points() writes at index `i`. Valid only while suction has removed no
-  /// particle.
+  /// Returns the velocity (m/s, frame W) of the particle that write_points() writes at index `i`. Valid only while
+  /// suction has removed no particle.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// Diameter in m of one chip of particle i, on which its drag depends.
+  /// Returns the diameter (m) of one chip of particle i, on which its drag depends.
   double chip(std::size_t i) const noexcept;
-  double mass(std::size_t i) const noexcept;  // mass of particle i in kg
+  double mass(std::size_t i) const noexcept;  // returns the mass (kg) of particle i
   std::uint64_t hash() const noexcept;
 
  private:

@@ -47,9 +47,9 @@ struct FilmOptions {
 /// + flung.
 struct FilmLedger {
   Load deposited, on_surface, sucked;
-  Load run_off;      // kg that dripped off, drained into the gum, or landed beside the surface
-  double dried = 0;  // kg of water that evaporated
-  Load flung;        // kg that the bur threw off
+  Load run_off;      // kg, mass that dripped off, drained into the gum, or landed beside the surface
+  double dried = 0;  // kg, mass of water that evaporated
+  Load flung;        // kg, mass that the bur threw off
 };
 
 /// A cell of the film. `water` and `solids` are heights, that is, volumes divided by the cell's area.
@@ -88,10 +88,11 @@ class Film {
   /// suction_rate·(v/suction_speed)², where v is the speed of the air at the cell.
   void step(double dt, const Suction* suction = nullptr);
 
-  std::size_t loaded() const;                     // number of cells with water or solids
-  std::uint64_t cells_stepped() const;            // number of computed cells, summed over all substeps
-  std::size_t cells() const;                      // returns the number of cells of the film
-  FilmCell cell(const glm::ivec3& sample) const;  // the cell of a sample; its area is 0 if the sample has no cell
+  std::size_t loaded() const;           // returns the number of cells with water or solids
+  std::uint64_t cells_stepped() const;  // returns the number of computed cells, summed over all substeps
+  std::size_t cells() const;            // returns the number of cells of the film
+  // returns the cell of a sample; its area is 0 if the sample has no cell
+  FilmCell cell(const glm::ivec3& sample) const;
   bool has_cell(const glm::ivec3& sample) const;
   FilmLedger ledger() const;
   std::uint64_t hash() const;

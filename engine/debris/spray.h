@@ -57,8 +57,8 @@ struct SprayOptions {
 struct SprayLedger {
   Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
-  Load left;     // kg that flew past the tissue or left as mist
-  Load dropped;  // kg that was lost because the buffer was full
+  Load left;     // kg, mass that flew past the tissue or left as mist
+  Load dropped;  // kg, mass that was lost because the buffer was full
 };
 
 class Spray {
@@ -73,7 +73,7 @@ class Spray {
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  std::uint64_t droplets_stepped() const;  // number of moved droplets, summed over all steps
+  std::uint64_t droplets_stepped() const;  // returns the number of moved droplets, summed over all steps
   SprayLedger ledger() const;
   /// Writes the droplets in the air into `points` and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;

@@ -38,7 +38,7 @@ template <> struct ObjectOf<typodont_session> { using Type = SessionObject; stat
 
 /// Stores a text that typodont_error() then returns, and returns `result`. The text is copied without allocation.
 typodont_result fail(typodont_result result, const char* text) noexcept;
-/// Same as fail(), but stores the text of the exception that is being handled and returns its result code.
+/// Does the same as fail() for the exception that is being handled: stores its text and returns its result code.
 typodont_result fail_by_exception() noexcept;
 
 /// Calls `body` and converts its exceptions to result codes. `body` returns a result code or nothing.

@@ -34,7 +34,7 @@ class Contact {
     inside = true;
     distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
   }
-  /// Gradient of the field, not normalised. Valid only if `inside` is true.
+  /// Returns the gradient of the field, not normalised. Valid only if `inside` is true.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};

@@ -73,8 +73,8 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the coefficient
-// of Stokes drag, 24/Re.
+// Returns the drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the
+// coefficient of Stokes drag, 24/Re.
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }

@@ -39,12 +39,12 @@ double mean_air_speed(double strength, double distance, double dt) noexcept;
 /// Computes keep = 1/(1 + rate·dt) for a new step length dt.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
-/// Drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann). The value comes from a table with
-/// a relative error of 1e-4.
+/// Returns the drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann). The value comes from
+/// a table with a relative error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Drag rate in 1/s of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687 (Schiller &
-/// Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
+/// Returns the drag rate (1/s) of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687
+/// (Schiller & Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris
