@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// CPU time of one call in ns: the median over `repeats` batches of calls.
+/// Returns the CPU time of one call in ns: the median over `repeats` batches of calls.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {
   std::vector<double> times;

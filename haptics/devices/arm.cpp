@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Arc cosine whose argument is limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count does
-/// not give NaN.
+/// Returns the arc cosine of `cosine` limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count
+/// does not give NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }

@@ -57,7 +57,7 @@ dvec3 stylus_angles(const Arm& arm, const Counts& counts);
 /// contradict each other.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
-/// Jacobian of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.
+/// Returns the Jacobian matrix of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
 /// Returns the distance (m) that the tip moves if the encoders A, B and C all change by one count, in the home
 /// position.
