@@ -1,4 +1,4 @@
-// typodont bench as typed: rows, CSV and page.
+// Tests `typodont bench` through the command line: rows, CSV and page.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/tissue/sampled_tissue.h)
-// changes how long a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made
-// again.
+// Tests the caches that are kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h,
+// engine/app/tissue/sampled_tissue.h). They change only the time that a start takes. A cache entry is computed again if
+// it is damaged, if it is of another version, or if there is no folder for it.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,5 @@
-// typodont servo and replay: what a scene's tissue and tools do under a hand, as a user meets it.
+// Tests `typodont servo` and `replay` through the command line: the behaviour of a scene's tissue and tools with a
+// hand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What a bur does to the teeth and the gum around the one that is worked on: found, measured, scored.
+// Tests damage that a bur does to the teeth and the gum around the working tooth: it is found, measured and scored.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

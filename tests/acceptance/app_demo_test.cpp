@@ -1,4 +1,4 @@
-// The demo end to end, and what it leaves: each product is opened and looked into.
+// Tests the whole demo and its results: each result file is opened and examined.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// The command `experiment` as its users run it: a simulated observer, a person at a window, a person at a terminal.
+// Tests the command `experiment` as users run it: with a simulated observer, with a person at a window, and with a
+// person at a terminal.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Hands that work through the real servo: an edge that the hand draws, and a hand that knows the task.
+// Tests hands that work through the real servo: a hand that scrapes with an edge, and a hand that knows the task.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

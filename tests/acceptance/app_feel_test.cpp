@@ -1,5 +1,5 @@
-// What the hand feels while it drills, through the command line: a simulated hand of 0.15 kg with 5 N·s/m swings 2 mm
-// to each side once a second and pushes down; the force must not step.
+// Tests what the hand feels while it drills, through the command line. A simulated hand of 0.15 kg with a damping of 5
+// N·s/m oscillates by 2 mm to each side once per second and pushes down. Its force must have no steps.
 #include <gtest/gtest.h>
 
 #include <cmath>

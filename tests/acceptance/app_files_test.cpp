@@ -1,5 +1,6 @@
-// Files through the command line: nothing that is read is written over, devices stay devices, no special file blocks,
-// results that do not arrive are a failure, and an interrupted command leaves nothing half written.
+// Tests files through the command line. No input file is overwritten; a device file stays a device file; no special
+// file blocks the program; results that cannot be written cause an error status; an interrupted command leaves no
+// partly written file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

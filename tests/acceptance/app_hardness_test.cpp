@@ -1,5 +1,5 @@
-// Graded caries as a user has it: painted in layers, drilled, recorded, replayed, reported. And limits of a scene's
-// own.
+// Tests caries with varying hardness as a user works with it: it is painted in layers, drilled, recorded, replayed and
+// reported. Also tests limits that a scene sets itself.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

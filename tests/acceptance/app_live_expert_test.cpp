@@ -1,5 +1,6 @@
-// The expert's hand in a live session: servo, carver and recorder are the program's own, called in turn on a simulated
-// clock; the carver is late, so that snapshots and copies come when they would beside a picture.
+// Tests the expert's hand in a live session. Servo, carver and recorder are those of the program, called in turn on a
+// simulated clock. The carver is late, so that snapshots and copies arrive at the same times as in a session with a
+// picture.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The mouse as the hand in the program's own window, as its recording tells it.
+// Tests the mouse as the hand in the program's own window. Reads the result from the recording.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The operator's window as a user meets it: on a desktop in memory, by keyboard alone, through to the report.
+// Tests the operator's window as a user works with it: on a desktop in memory, with the keyboard alone, from the start
+// to the report.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Recordings that were damaged, made by a stranger, have gaps, or could not be written: what the commands do with them.
+// Tests how the commands treat recordings that are damaged, come from other persons, have gaps, or could not be
+// written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>

@@ -1,4 +1,4 @@
-// typodont servo, replay, mesh and run on analytic scenes, through the command line.
+// Tests `typodont servo`, `replay`, `mesh` and `run` with analytic scenes, through the command line.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Soft gum of a scene: felt by a scripted hand, replayed bit for bit, seen in the picture's bricks, cut and bleeding.
+// Tests the soft gum of a scene: a scripted hand feels it, a replay gives the same bits, the picture's bricks show it,
+// and it can be cut and bleeds.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sound of a live session: on the session's clock, however long the program took to start.
+// Tests the sound of a live session. It follows the session's clock, however long the program's start took.
 #include <gtest/gtest.h>
 
 #include <cmath>

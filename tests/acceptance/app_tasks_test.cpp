@@ -1,4 +1,5 @@
-// Every shipped task can be solved: its ideal scores full, a good hand high, a careless one low, doing nothing nothing.
+// Tests that every shipped task can be solved: its ideal gets the full score, a good hand a high score, a careless hand
+// a low score, and an untouched tooth nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
-// A live session with strokes taken back: its replay is exact, its tissue can be saved, and another session goes on
-// from it.
+// Tests a live session with strokes that are undone: its replay is exact, its tissue can be saved, and another session
+// can continue from it.
 #include <gtest/gtest.h>
 
 #include <chrono>

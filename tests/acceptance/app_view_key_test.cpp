@@ -1,5 +1,5 @@
-// What key V shows in a live window, as the recording tells it: each view comes when its turn comes, however slow the
-// computer.
+// Tests what key V shows in a live window. The recording shows that each view comes in the right order, however slow
+// the computer is.
 #include <gtest/gtest.h>
 
 #include <algorithm>

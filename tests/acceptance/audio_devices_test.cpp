@@ -1,4 +1,5 @@
-// PortAudio without a sound card: ALSA's file over null for the content, a dummy JACK server for the timing.
+// Tests PortAudio without a sound card. ALSA's plugin `file` over `null` gives the content; a dummy JACK server gives
+// the timing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-// typodont sound as a user meets it: the program, its files, its exit statuses.
+// Tests `typodont sound` as users run it: the program, its files, and its exit statuses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

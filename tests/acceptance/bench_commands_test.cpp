@@ -1,4 +1,5 @@
-// The commands for those who build a bench: rig plan, calibrate hand-eye and robot-world, and the units of tables.
+// Tests the commands for persons who build a bench: `rig plan`, `calibrate hand-eye` and `calibrate robot-world`, and
+// the units of tables.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Guided capture through the command line, with a scripted hand in place of a device.
+// Tests guided capture through the command line, with a scripted hand in place of a device.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
-// Hands no human has among spheres: what goes out is finite and bounded, nothing comes through a wall, and no hand gets
-// energy from nothing. Short here; ./run stress makes ten million ticks of it.
+// Tests hands that move as no human hand can, in contact with spheres. The output is finite and bounded, nothing passes
+// through a wall, and no hand gets energy that it did not put in. The normal run is short; ./run stress tests ten
+// million ticks.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

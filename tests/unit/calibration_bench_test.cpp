@@ -1,4 +1,4 @@
-// The single steps, their files, and the guided capture.
+// Tests the single steps of calibration, their files, and the guided capture.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Registration of a surface to a distance field that is known exactly.
+// Tests registration of a surface to a distance field that is known exactly.
 #include <gtest/gtest.h>
 
 #include <cmath>

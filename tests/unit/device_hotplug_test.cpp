@@ -1,4 +1,5 @@
-// What comes back after it was pulled out, and the second process that lets go when ours no longer can.
+// Tests devices that are unplugged and connected again, and the second process, which switches off the force when our
+// process no longer can.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>

@@ -1,4 +1,4 @@
-// Devices over real descriptors: pseudo terminal, loopback socket.
+// Tests devices with real file descriptors: pseudo-terminal and loopback socket.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>

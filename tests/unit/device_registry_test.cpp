@@ -1,4 +1,4 @@
-// How a device is found, listed and opened by its address, and mounted on the bench.
+// Tests how a device is found, listed and opened by its address, and how it is mounted on the bench.
 #include <gtest/gtest.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Devices behind their vendors' libraries, over stand-ins for these.
+// Tests devices that use their vendors' libraries, with replacements for these libraries.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// Contact forces against analytic answers.
+// Tests contact forces against analytic results.
 #include <gtest/gtest.h>
 
 #include <cmath>

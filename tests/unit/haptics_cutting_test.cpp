@@ -1,4 +1,4 @@
-// Cutting: volume by energy, and the geometry of what is taken.
+// Tests cutting: the volume for a given energy, and the geometry of the removed tissue.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Filling: composite put into a cavity, felt while it grows, and taken out again.
+// Tests filling: composite is put into a cavity, felt while it grows, and removed again.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// Hardness per voxel: what is felt, what is cut, and where it is kept.
+// Tests hardness per voxel: its effect on force and cutting, and where it is stored.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

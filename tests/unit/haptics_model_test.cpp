@@ -1,4 +1,4 @@
-// The seam for contact methods, the example from outside, and voxel_penalty.
+// Tests the common interface of contact methods, the example outside the library, and the model "voxel_penalty".
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Patches on their way from the carver to the servo: kept up to date while the servo goes on cutting.
+// Tests patches on their way from the carver to the servo: they are kept up to date while the servo continues to cut.
 #include <gtest/gtest.h>
 
 #include <array>

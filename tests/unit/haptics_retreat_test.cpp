@@ -1,4 +1,5 @@
-// A tool that its contacts hold where the hand has left: it comes out the way it went in, or the user is told.
+// Tests a tool that its contacts hold after the hand has left: it comes out on the path on which it went in, or the
+// user gets a message.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What of a tool never cuts: shank and safe end push back, turn the tool, and remove nothing.
+// Tests the parts of a tool that never cut: shank and safe end push back, rotate the tool, and remove nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

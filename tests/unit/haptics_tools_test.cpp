@@ -1,4 +1,4 @@
-// The tray: which tool is in the hand, and when another may be taken up.
+// Tests the tray: which tool the hand holds, and when it may take another.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Volume files that were damaged, wherever that is.
+// Tests volume files that are damaged at any position.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// The spindle's vibration in the hand: at its frequency and load, within the device's band, and off without one.
+// Tests the spindle's vibration in the hand: it has the right frequency and the right strength for the load, stays
+// within the device's frequency band, and is off for a device without a band.
 #include <gtest/gtest.h>
 
 #include <cmath>

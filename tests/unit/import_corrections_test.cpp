@@ -1,4 +1,4 @@
-// Corrections of imported tissue by hand, against analytic solids.
+// Tests corrections of imported tissue by hand, against analytic solids.
 #include <gtest/gtest.h>
 
 #include <cmath>

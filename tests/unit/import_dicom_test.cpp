@@ -1,5 +1,5 @@
-// DICOM: every way in which a series comes gives the same tissue at the same place, and nothing about a person comes
-// out.
+// Tests DICOM: every form of a series gives the same tissue at the same position, and no personal data appears in any
+// output.
 #include <gdcmImage.h>
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageReader.h>

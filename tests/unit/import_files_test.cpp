@@ -1,4 +1,4 @@
-// Scans as files: every format and encoding gives the same tissue, and every broken file an exact message.
+// Tests scans as files: every format and encoding gives the same tissue, and every broken file gives an exact message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Meshes as clinics have them: overlapping shells, hairline gaps, copies, holes, one file per tissue.
+// Tests meshes as clinics have them: overlapping shells, very narrow gaps, copies, holes, and one file per tissue.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

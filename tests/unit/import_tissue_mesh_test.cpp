@@ -1,4 +1,5 @@
-// Meshes as tissue: all formats give the same mesh, open and crossing ones become volumes, bad ones an exact error.
+// Tests meshes as tissue: all formats give the same mesh, open and self-intersecting meshes become volumes, and bad
+// meshes give an exact error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// The mouth mirror: the formulas, where a reflected point appears on the screen, and what is drawn when nobody sees it.
+// Tests the mouth mirror: the formulas, where a reflected point appears on the screen, and what is drawn while the
+// mirror is not visible.
 #include <gtest/gtest.h>
 
 #include <random>

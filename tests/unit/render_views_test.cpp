@@ -1,4 +1,4 @@
-// Views for teaching: what each shows, on a ball of enamel with pulp in it.
+// Tests the views for teaching: what each view shows of a ball of enamel with pulp inside.
 #include <gtest/gtest.h>
 
 #include "tests/support/stage.h"

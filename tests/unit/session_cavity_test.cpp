@@ -1,4 +1,4 @@
-// Cavities whose depth, taper, widths and volumes are known on paper come out so.
+// Tests the measurement of cavities whose depth, taper, widths and volumes are known from formulas.
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"

@@ -1,4 +1,4 @@
-// An implant exercise followed tick by tick: phases, what is said at once, the bed against the plan, heat.
+// Tests an implant exercise tick by tick: phases, immediate messages, the bed compared with the plan, and heat.
 #include <gtest/gtest.h>
 
 #include <cmath>

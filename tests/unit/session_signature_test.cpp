@@ -1,4 +1,4 @@
-// HMAC-SHA256 against the vectors of RFC 4231; signatures of files.
+// Tests HMAC-SHA256 with the vectors of RFC 4231, and signatures of files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
