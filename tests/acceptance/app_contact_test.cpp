@@ -170,8 +170,8 @@ TEST_F(FillingCommand, AFillingGrowsAtItsRateCountsAsFillingAndIsReplayed) {
 using BoundaryWall = ServoOn;
 
 TEST_F(BoundaryWall, HoldsABurComingFromSofterTissueAndOnlyIfEnabled) {
-  // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the
-  // wall.
+  // Caries above enamel. A bur that is pressed down through the caries stops at the enamel. Without the wall between
+  // the tissues, it continues into the enamel.
   const auto deepest = [&](const char* tool, double half, const char* walls, double voxel) {
     folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": {}, "solids": [
         {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 0.5], "size_mm": [6, 6, 1]}}}}}},

@@ -389,8 +389,8 @@ TEST(Passivity, TheForceFiltersOfTheLiteratureGenerateEnergyAndTheControllerStop
     }
     return least;
   };
-  const double plain = filtered(haptics::ForceFilter::kNone, false);           // effect of sampling alone: K v T D
-  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);     // Wang 2009
+  const double plain = filtered(haptics::ForceFilter::kNone, false);        // effect of sampling alone: K v T D
+  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);  // Wang 2009
   // filter of the vertex-deformation simulator
   EXPECT_LT(filtered(haptics::ForceFilter::kStroke, false), plain - 0.02e-3);
   EXPECT_GE(filtered(haptics::ForceFilter::kSlew, true), -1e-9);

@@ -225,7 +225,7 @@ TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
     const dvec3 toward(across, std::sqrt(1 - across * across) * std::cos(around),
                        // direction from the shank's sphere to the tissue
                        std::sqrt(1 - across * across) * std::sin(around));
-    const double gap = SphereProxy::kGap;                                   // gap that a cut leaves
+    const double gap = SphereProxy::kGap;  // gap that a cut leaves
     const std::vector<dvec3> center = {dvec3(head + 0.5_mm + gap, 0, 0),
                                        dvec3(0, 0, height) + (shank + bone + gap) * toward};
     const std::vector<double> radius = {0.5_mm, bone};

@@ -28,7 +28,7 @@ TEST(MaterialFit, OneStepOfEquation14ChangesTheErrorByOneMinusEtaGSumOfSquares) 
     std::vector<double> rho = {1, 1, 1, 1};
     const double before = kMeasured - adjust_densities(overlap, kGain, step / unit, kMeasured, rho);
     const double after = kMeasured - adjust_densities(overlap, kGain, 0, kMeasured, rho);
-    EXPECT_NEAR(after / before, 1 - step, 1e-12);                                  // converges immediately at step 1 …
+    EXPECT_NEAR(after / before, 1 - step, 1e-12);  // converges immediately at step 1 …
     EXPECT_EQ(std::abs(after) > std::abs(before) * (1 + 1e-9), step > 2) << step;  // … and diverges above 2
     EXPECT_EQ(rho[1], 1);  // density of a sphere that the tool does not touch
   }

@@ -61,7 +61,7 @@ TEST(DeviceWatch, ReportsConnectedAndDisconnectedDevices) {
   ASSERT_EQ(changes.size(), 1u);
   EXPECT_TRUE(changes[0].arrived);
   EXPECT_TRUE(watch.look().empty());
-  there[0].permitted = true;  // the rules came into force
+  there[0].permitted = true;  // the rules now apply
   EXPECT_EQ(watch.look().size(), 2u);
   there.clear();
   changes = watch.look();

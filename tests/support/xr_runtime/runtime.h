@@ -72,10 +72,10 @@ struct Session {
   std::uint64_t first_of_run = 0;                  // value of `waited` when the session began to run
   XrTime display_time = 0;
   std::array<XrTime, 2> begun_time{};
-  std::set<std::size_t> fired;                  // indices of the script's events that have occurred
+  std::set<std::size_t> fired;  // indices of the script's events that have occurred
   // remaining numbers of frames without rendering, and without a located head
   std::int64_t no_render = 0, unlocatable = 0;
-  bool synced = false;                          // actions were synchronised since the session got the focus
+  bool synced = false;  // actions were synchronised since the session got the focus
   XrTime last_wait = 0;
   std::uint64_t skipped = 0;  // frames that were skipped because the program was busy
   double script_frame() const { return static_cast<double>(waited + skipped); }
