@@ -301,7 +301,7 @@ TEST(ShippedScenes, TheClassTwoCavityHasANeighbourToothAndGum) {
   EXPECT_TRUE(scene.surroundings->row);
   EXPECT_TRUE(scene.surroundings->gum);
   EXPECT_TRUE(scene.surroundings->monitored);
-  // The ideal passes through the contact point and touches neither neighbour.
+  // The contact point is near the neighbour tooth, and in the ideal the tissue beside it is removed.
   const SurroundingsShape around(*scene.surroundings);
   const TaskBench bench("class-2-cavity");
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());

@@ -63,7 +63,7 @@ TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
       for (int x = 0; x < p.size.x; ++x) n += p.at(x, y)[0] > 70;
     return n;
   };
-  // The disc left has radius √(25 − 4) mm of 5.
+  // The remaining disc has a radius of √(25 − 4) mm; the ball has a radius of 5 mm.
   EXPECT_NEAR(covered(cut_picture) / static_cast<double>(covered(whole)), 21.0 / 25, 0.05);
 }
 
